@@ -16,7 +16,8 @@
 //! the energy results of [`Integrator`](crate::Integrator) depend on this. In the first steps after a start with J v = 0, as from
 //! [`assemble`](crate::Simulator::assemble), forces lack up to Δt / T of those that b needs.
 //!
-//! A constraint may also be a spring and damper, f = −k φ − d φ̇, and its force may be bounded.
+//! A constraint may also be a spring and damper, f = −k φ − d φ̇, and its force may be bounded. Or it is regularised as in `MuJoCo`, φ̈ + b φ̇ + k d φ + R f = 0
+//! ([`Regularisation`]).
 //!
 //! The integrators treat constraints as follows:
 //!
@@ -24,6 +25,7 @@
 //! |---|---|---|---|
 //! | rigid | the second rule above | the first rule, at each of its four stages | φ(q⁺) = 0 and J(q⁺) v⁺ = 0, without T |
 //! | spring and damper | f = −k φ⁺ − d φ̇⁺ with φ̇⁺ = φ̇ + Δt φ̈ and φ⁺ = φ + Δt φ̇⁺: implicit, stable at any stiffness | f = −k φ − d φ̇: explicit | refused |
+//! | regularised | f from φ and φ̇ at the start of the step | f from φ and φ̇ at each stage | refused |
 //! | maximum force | a row that holds with any force within the bound, or yields at it | the same; the force of a spring is clamped to the bound | refused |
 //!
 //! Velocity forces in the middle of a step are those of the motion under rigid and elastic constraints without a bound; bounded ones act in the step
@@ -40,6 +42,7 @@
 //! | couple the positions of several joints (tendon)? | [`Constraint::tendon`] | 1 | |
 //! | set the decay time of errors? | [`Constraint::with_time_constant`] | | [Baumgarte 1972] |
 //! | make a constraint elastic? | [`Constraint::with_spring`] | | |
+//! | make it yield as in `MuJoCo`? | [`Constraint::with_regularisation`] | | [Todorov 2014] |
 //! | limit its force? | [`Constraint::with_largest_force`] | | |
 //! | place it on the robot? | [`Anchor`] | | |
 //! | find a state that satisfies the constraints? | [`Simulator::assemble`](crate::Simulator::assemble) | | [Marquardt 1963] |
@@ -52,19 +55,27 @@ mod anchor;
 mod carried;
 mod frame_axis;
 mod hold;
+mod impedance;
 mod joints;
 mod kind;
 mod make;
+mod reference;
+mod regularisation;
 mod rows;
+mod weld_angle;
 
 pub use anchor::Anchor;
 use anchor::AnchorMotion;
 pub(crate) use anchor::Mounted;
 pub(crate) use carried::{CarriedRow, CarrierMotion};
 pub(crate) use frame_axis::FrameAxis;
+use hold::ForceLaw;
 pub(crate) use hold::Hold;
+pub use impedance::{Impedance, Sigmoid};
 pub(crate) use joints::{JointMotion, TiedJoint};
 pub use kind::ConstraintKind;
+pub use reference::Reference;
+pub use regularisation::Regularisation;
 pub(crate) use rows::{ConstraintRow, ConstraintRows};
 
 use crate::model::{Model, Structure};
@@ -89,7 +100,7 @@ use crate::scalar::{Cast, Dual, Over, Scalar};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constraint<P = f64> {
     kind: ConstraintKind<P>,
-    hold: Hold<P>,
+    hold: ForceLaw<P>,
     /// The largest force of each row, N or N·m; `None` for any.
     largest_force: Option<P>,
     /// Structure of the robot whose joints it names, if any.
@@ -98,14 +109,14 @@ pub struct Constraint<P = f64> {
 
 numbers! { pub struct Constraint {
     kind: part(ConstraintKind),
-    hold: part(Hold),
+    hold: part(ForceLaw),
     largest_force: NotNegative("largest force", "largest force of a constraint"),
     structure: kept(),
 } }
 
 impl Constraint<f64> {
-    /// The constraint over dual numbers in its own parameters (except attachment frames) and those of its force law, in order, from a given direction
-    /// on. Kinds between attachment frames have at most one, force laws at most two.
+    /// The constraint over dual numbers in its own parameters (except attachment frames) and those of its force law, except a regularised one, in order,
+    /// from a given direction on. Kinds between attachment frames have at most one, these force laws at most two.
     pub(crate) fn seeded<T: Scalar, const N: usize>(&self, first: usize) -> Constraint<Dual<T, N>> {
         let (mut out, mut direction) = (self.lift::<Dual<T, N>>(), first);
         let mut seed = |_: Number<'_>, x: &mut Dual<T, N>| {
@@ -113,13 +124,20 @@ impl Constraint<f64> {
             direction += 1;
         };
         out.kind.each_number(&mut seed);
-        out.hold.each_number(&mut seed);
+        if out.regularisation().is_none() {
+            out.hold.each_number(&mut seed);
+        }
         out
     }
 
-    /// Number of them. Allocates.
+    /// Number of them, and of those of a regularisation. Allocates.
     pub(crate) fn own_numbers(&self) -> usize {
-        self.kind.to_vec().len() + self.hold.to_vec().len()
+        self.kind.to_vec().len() + self.law_numbers()
+    }
+
+    /// Number of the parameters of its force law. Allocates.
+    pub(crate) fn law_numbers(&self) -> usize {
+        self.hold.to_vec().len()
     }
 }
 
@@ -147,19 +165,27 @@ impl<P: Scalar> Constraint<P> {
         }
     }
 
-    /// Time constant T of the error decay, s; `None` for a spring.
+    /// Time constant T of the error decay of a rigid constraint, s; `None` for others.
     pub fn time_constant(&self) -> Option<P> {
         match self.hold {
-            Hold::Rigid { time_constant } => Some(time_constant),
-            Hold::Spring { .. } => None,
+            ForceLaw::Rigid { time_constant } => Some(time_constant),
+            ForceLaw::Spring { .. } | ForceLaw::Soft(_) => None,
         }
     }
 
-    /// Stiffness (N/m or N·m/rad) and damping (N·s/m or N·m·s/rad) of a spring; `None` for a rigid constraint.
+    /// Stiffness (N/m or N·m/rad) and damping (N·s/m or N·m·s/rad) of a spring; `None` for others.
     pub fn spring(&self) -> Option<[P; 2]> {
         match self.hold {
-            Hold::Rigid { .. } => None,
-            Hold::Spring { stiffness, damping } => Some([stiffness, damping]),
+            ForceLaw::Spring { stiffness, damping } => Some([stiffness, damping]),
+            ForceLaw::Rigid { .. } | ForceLaw::Soft(_) => None,
+        }
+    }
+
+    /// Parameters of a regularised constraint; `None` for others.
+    pub fn regularisation(&self) -> Option<&Regularisation<P>> {
+        match &self.hold {
+            ForceLaw::Soft(own) => Some(own),
+            ForceLaw::Rigid { .. } | ForceLaw::Spring { .. } => None,
         }
     }
 
@@ -168,9 +194,9 @@ impl<P: Scalar> Constraint<P> {
         self.largest_force
     }
 
-    /// Whether it may be open: a spring, or of bounded force.
+    /// Whether it may be open: a spring, regularised, or of bounded force.
     pub(crate) fn gives_way(&self) -> bool {
-        self.largest_force.is_some() || self.spring().is_some()
+        self.largest_force.is_some() || self.time_constant().is_none()
     }
 
     /// Number of blocks of its rows: one, or with bounded forces one for each row.
@@ -184,7 +210,7 @@ impl<P: Scalar> Constraint<P> {
     }
 
     /// Passes each parameter with its name to `each`: origins of attachment frames, rotations of welded ones, or coefficients of joints; length, ratio
-    /// and offset; time constant, or stiffness and damping; largest force.
+    /// and offset; time constant, or stiffness and damping, or those of the regularisation; largest force.
     pub(crate) fn each_placed_number(&mut self, each: &mut Each<'_, P>) {
         const OF: [&str; 2] = ["first anchor ", "second anchor "];
         if let ConstraintKind::Weld(anchors)

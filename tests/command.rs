@@ -160,6 +160,67 @@ fn info_as_json_equals_the_file() {
     assert!(out(&run(&["info", PANDA])).contains("panda_joint1"));
 }
 
+/// A scene with a part of each kind.
+const SCENE: &str = r#"<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/>
+    <body name="arm" pos="0 0 1"><joint name="hinge" axis="0 1 0"/><geom name="rod" type="capsule" fromto="0 0 0 0.3 0 0" size="0.02" friction="0.7"/>
+    <site name="tip" pos="0.3 0 0"/><body name="hand" pos="0.3 0 0"><joint name="wrist"/><geom type="ellipsoid" size="0.1 0.05 0.02" condim="4"/></body></body>
+    <body name="box" pos="1 0 1"><freejoint name="free"/><geom size="0.1"/></body></worldbody>
+    <tendon><fixed name="belt"><joint joint="hinge" coef="1"/><joint joint="wrist" coef="-1"/></fixed></tendon>
+    <actuator><position name="drive" joint="hinge" kp="10" ctrlrange="-1 2"/><motor name="pull" tendon="belt"/></actuator>
+    <equality><weld body1="hand" body2="box"/><joint joint1="hinge" joint2="wrist"/></equality>
+    <sensor><gyro name="rates" site="tip"/></sensor>
+    <contact><exclude body1="arm" body2="box"/></contact>
+    <keyframe><key name="home" time="2"/></keyframe></mujoco>"#;
+
+#[test]
+fn info_names_the_parts_of_a_scene() {
+    let folder = Folder::new("info");
+    let file = folder.write("scene.xml", SCENE);
+    let output = run(&["info", &file, "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    for (pointer, expected) in [
+        ("/actuators/0/name", "drive".into()),
+        (
+            "/actuators/0/acts_on",
+            serde_json::json!(["joint", "hinge"]),
+        ),
+        ("/actuators/0/upper", 2.0.into()),
+        (
+            "/actuators/1/acts_on",
+            serde_json::json!(["tendon", "belt"]),
+        ),
+        ("/sensors/0/name", "rates".into()),
+        ("/sensors/0/object", "tip".into()),
+        ("/keyframes/0/name", "home".into()),
+        ("/keyframes/0/time", 2.0.into()),
+        ("/equalities/0/kind", "weld".into()),
+        ("/equalities/0/ties", serde_json::json!(["hand", "box"])),
+        ("/equalities/1/ties", serde_json::json!(["hinge", "wrist"])),
+        ("/contact/ground", "plane".into()),
+        ("/contact/geoms/0/name", "rod".into()),
+        ("/contact/geoms/0/friction/0", 0.7.into()),
+        ("/contact/geoms/1/link", "hand".into()),
+        ("/contact/geoms/1/condim", 4.into()),
+        ("/contact/excluded/0", serde_json::json!(["arm", "box"])),
+    ] {
+        assert_eq!(info.pointer(pointer), Some(&expected), "{pointer}");
+    }
+    let text = out(&run(&["info", &file]));
+    for line in [
+        "drive     position  joint hinge  -1 to 2",
+        "rates   gyro  tip",
+        "home      2 s",
+        "weld      hand, box",
+        "ground: plane",
+    ] {
+        assert!(text.contains(line), "no {line:?} in\n{text}");
+    }
+    // A URDF has none of these.
+    let output = run(&["info", PANDA, "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(info.get("actuators").is_none() && info["sensors"] == serde_json::json!([]));
+}
+
 #[test]
 fn view_writes_the_page_of_the_robot() {
     let folder = Folder::new("view");

@@ -83,11 +83,31 @@ class Anchor(Value):
 
 
 @dataclass(frozen=True)
+class Regularisation:
+    """Makes the rows φ of a constraint yield as the equalities of MuJoCo: φ̈ + b φ̇ + k d φ + R f = 0 with the impedance d and R = (1 - d) / d · w.
+
+    b and k follow from time constant (s) and damping ratio, or from stiffness and damping (`direct`), as in RelaxedRigid; impedance: least, largest, width, midpoint,
+    power over the size of the error. w is inverse_mass (1/kg for rows in m), for angles of a weld inverse_inertia, 1/(kg m²). lever (m): length by which an angle
+    counts in the size of the error.
+    """
+
+    time_constant: float = 0.02
+    damping_ratio: float = 1.0
+    #: (stiffness, damping) of the reference acceleration instead
+    direct: tuple[float, float] | None = None
+    impedance: tuple[float, float, float, float, float] = (0.9, 0.95, 1e-3, 0.5, 2.0)
+    inverse_mass: float = 1.0
+    inverse_inertia: float = 1.0
+    lever: float = 0.5
+
+
+@dataclass(frozen=True)
 class Weld:
     """Two attachment frames coincide in position and orientation.
 
     time_constant: of the error decay, s. spring: (stiffness, damping) of each row, N/m and N·s/m (N·m/rad and N·m·s/rad for angles), instead of a rigid
-    constraint. largest_force: bound of the force of each row, N or N·m, at which it yields. All constraints have these options.
+    constraint. largest_force: bound of the force of each row, N or N·m, at which it yields. regularisation: makes it yield as in MuJoCo, instead of a spring. All
+    constraints have these options.
     """
 
     a: Anchor
@@ -95,6 +115,7 @@ class Weld:
     time_constant: float | None = None
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
+    regularisation: Regularisation | None = None
 
 
 @dataclass(frozen=True)
@@ -106,6 +127,7 @@ class Ball:
     time_constant: float | None = None
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
+    regularisation: Regularisation | None = None
 
 
 @dataclass(frozen=True)
@@ -118,6 +140,7 @@ class Distance:
     time_constant: float | None = None
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
+    regularisation: Regularisation | None = None
 
 
 @dataclass(frozen=True)
@@ -130,6 +153,7 @@ class Coupler:
     time_constant: float | None = None
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
+    regularisation: Regularisation | None = None
 
 
 @dataclass(frozen=True)
@@ -144,6 +168,7 @@ class Tendon:
     time_constant: float | None = None
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
+    regularisation: Regularisation | None = None
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     ]
 
 __all__ = [
-    "Box", "Capsule", "Cylinder", "Hardware", "ImportReport", "JointSpec", "Limits", "LinkSpec", "Mesh", "Mimic", "Model", "ModelBuilder",
-    "ScaledLink", "Sphere",
+    "Box", "Capsule", "Cylinder", "Ellipsoid", "Hardware", "ImportReport", "JointSpec", "Limits", "LinkSpec", "Mesh", "Mimic", "Model",
+    "ModelBuilder", "ScaledLink", "Sphere",
 ]
 
 Vector3 = tuple[float, float, float]
@@ -60,6 +60,13 @@ class Shape(Value):
 @dataclass(frozen=True, eq=False)
 class Box(Shape):
     """Box of edges size, m."""
+
+    size: Vector3
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid(Shape):
+    """Ellipsoid along the axes, of full lengths size, m."""
 
     size: Vector3
 

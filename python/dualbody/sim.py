@@ -8,8 +8,8 @@ from ._contact_forces import ContactForces, ContactKinematics, contact_forces, c
 from ._dualbody import BatchSimulator, NoisySensors, Sensors, Simulator, set_threads, threads
 from ._forces import named_inputs
 from ._parts import (
-    Activation, Actuation, Actuator, ActuatorNetwork, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Sensor, SensorNoise, Tendon,
-    TendonServo, Weld,
+    Activation, Actuation, Actuator, ActuatorNetwork, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Regularisation, Sensor,
+    SensorNoise, Tendon, TendonServo, Weld,
 )
 from ._rollout import ContactReport, Linearization, PairContact, Rollout, RolloutGradient, SensorLinearization, Status, StepGradient
 
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Activation", "Actuation", "Actuator", "ActuatorNetwork", "Anchor", "Ball", "BatchSimulator", "ContactForces", "ContactKinematics",
-    "ContactReport", "Coupler", "Distance", "ExternalForce", "FrameActuator", "Linearization", "NoisySensors", "PairContact", "Rollout",
-    "RolloutGradient", "Sensor", "SensorLinearization", "SensorNoise", "Sensors", "Simulator", "Status", "StepGradient", "Tendon",
+    "ContactReport", "Coupler", "Distance", "ExternalForce", "FrameActuator", "Linearization", "NoisySensors", "PairContact", "Regularisation",
+    "Rollout", "RolloutGradient", "Sensor", "SensorLinearization", "SensorNoise", "Sensors", "Simulator", "Status", "StepGradient", "Tendon",
     "TendonServo", "Weld", "contact_forces", "contact_kinematics", "named_inputs", "rollout_contact_forces", "rollout_gradient", "set_threads",
     "threads",
 ]

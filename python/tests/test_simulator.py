@@ -11,7 +11,7 @@ from conftest import ASSETS, asset
 
 import dualbody as db
 from dualbody.contact import Contacts, HeightField, HuntCrossley, RelaxedRigid, Rigid, SoftContact, SolverOptions, Terrain
-from dualbody.sim import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Tendon, Weld
+from dualbody.sim import Actuation, Actuator, Anchor, Ball, Coupler, Distance, ExternalForce, FrameActuator, Regularisation, Tendon, Weld
 
 DT = 0.01
 
@@ -487,6 +487,29 @@ def test_constraints_give_way() -> None:
         q, v = soft.step([0.4, 0.2], [0.1, -0.3])
         force = -stiffness * (q[0] - 0.5 * q[1] - 0.1) - damping * (v[0] - 0.5 * v[1])
         assert abs(soft.contact_report([0.4, 0.2], [0.1, -0.3]).constraints[0] - force) < 1e-9
+
+
+def test_regularised_constraints_follow_their_row() -> None:
+    model = db.samples.double_pendulum()
+    first, second = model.joint_names
+    dt, width, w = 1e-3, 0.4, 0.7
+    soft = Regularisation(time_constant=0.03, damping_ratio=0.8, impedance=(0.6, 0.9, width, 0.5, 2.0), inverse_mass=w)
+    for tied in (Tendon({first: 1.0, second: -0.5}, 0.1, regularisation=soft), Coupler((first, second), 0.5, 0.1, regularisation=soft)):
+        simulator = db.Simulator(model, time_step=dt, constraints=[tied])
+        q, v = [0.4, 0.2], [0.1, -0.3]
+        a = simulator.acceleration(q, v)
+        force = simulator.contact_report(q, v).constraints[0]
+        error, rate = 0.4 - 0.1 - 0.1, 0.1 + 0.15
+        x = error / width
+        d = 0.6 + 0.3 * (2 * x * x if x < 0.5 else 1 - 2 * (1 - x) ** 2)
+        b, k = 2 / (0.9 * 0.03), (0.9 * 0.03 * 0.8) ** -2
+        row = a[0] - 0.5 * a[1] + b * rate + k * d * error + (1 - d) / d * w * force
+        assert abs(row) < 0.02 * k * error  # the force is that of the step
+        assert "constraint 0: inverse mass" in simulator.parameter_names
+    with pytest.raises(TypeError, match="regularisation"):
+        db.Simulator(model, constraints=[Tendon({first: 1.0}, regularisation=0.1)])
+    with pytest.raises(ValueError, match="several"):
+        db.Simulator(model, constraints=[Tendon({first: 1.0}, time_constant=0.1, regularisation=soft)])
 
 
 def test_forces_on_frames_act() -> None:

@@ -89,6 +89,9 @@ impl Shape {
             Self::Box { half_extents } => Some(Geometry::Box {
                 size: half_extents.map_each(|x| 2.0 * x),
             }),
+            Self::Ellipsoid { semi_axes } => Some(Geometry::Ellipsoid {
+                size: semi_axes.map_each(|x| 2.0 * x),
+            }),
             _ => None,
         }
     }

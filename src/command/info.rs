@@ -6,11 +6,12 @@ use std::fmt::Write;
 use clap::Args;
 use serde::Serialize;
 
+use super::contents::Contents;
 use super::output::{Outcome, heading};
 use super::robot::Robot;
 use crate::model::{Limits, Model};
 
-/// Show the tree of a robot, its masses and the limits of its joints.
+/// Show the tree of a robot, its masses and the limits of its joints, and the actuators, sensors, keyframes, equalities and contact shapes of its file.
 #[derive(Args, Debug)]
 pub(super) struct Info {
     #[command(flatten)]
@@ -33,6 +34,8 @@ struct Summary<'m> {
     gravity: [f64; 3],
     joints: Vec<JointSummary<'m>>,
     links: Vec<LinkSummary<'m>>,
+    #[serde(flatten)]
+    contents: Contents,
 }
 
 #[derive(Serialize)]
@@ -59,15 +62,19 @@ struct LinkSummary<'m> {
 
 impl Info {
     pub(super) fn run(self) -> Result<Outcome, Box<dyn Error>> {
-        let model = self.robot.load()?.model;
+        let loaded = self.robot.load()?;
+        let contents = Contents::of(&loaded);
         Ok(match self.json {
-            true => Outcome::of(serde_json::to_string_pretty(&summary(&model))?),
-            false => Outcome::of(text(&model)),
+            true => Outcome::of(serde_json::to_string_pretty(&summary(
+                &loaded.model,
+                contents,
+            ))?),
+            false => Outcome::of(text(&loaded.model) + &contents.text()),
         })
     }
 }
 
-fn summary(model: &Model) -> Summary<'_> {
+fn summary(model: &Model, contents: Contents) -> Summary<'_> {
     let inertias = model.link_inertias();
     let links = model.link_names().into_iter().zip(&inertias);
     Summary {
@@ -89,6 +96,7 @@ fn summary(model: &Model) -> Summary<'_> {
                 center_of_mass: (inertia.mass != 0.0).then(|| inertia.com().into()),
             })
             .collect(),
+        contents,
     }
 }
 

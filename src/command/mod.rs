@@ -18,6 +18,7 @@
 
 mod bench;
 mod check;
+mod contents;
 mod convert;
 mod info;
 mod live;

@@ -55,11 +55,13 @@ impl<P: Scalar> Constraint<P> {
     /// Passes each row between anchors that bodies carry to `each`; constraints that tie joints have none.
     ///
     /// * `mounted` – poses of the anchors in the bodies
+    /// * `dt` – the step, s, which regularised rows depend on
     #[inline(always)]
     pub(crate) fn each_carried_row<Q: Scalar, T: Over<P> + Over<Q>>(
         &self,
         mounted: &[Mounted<Q>; 2],
         bodies: &[CarrierMotion<T>; 2],
+        dt: T,
         mut each: impl FnMut(CarriedRow<T>),
     ) {
         let motion = |i: usize| AnchorMotion::on(&mounted[i].X_BA, &bodies[i].biased());
@@ -67,7 +69,7 @@ impl<P: Scalar> Constraint<P> {
         let [from, to] =
             [0, 1].map_each(|i| motions[i].velocity_under(&bodies[i].X_WB, &bodies[i].U));
         let U = to - from;
-        self.each_row_of_anchors(&motions, |row, axis| {
+        self.each_row_of_anchors(&motions, dt, |row, axis| {
             let unit = axis.unit_force();
             let on = |i: usize| motions[i].force_on(&bodies[i].X_WB, &unit);
             each(CarriedRow {

@@ -68,6 +68,7 @@ impl<P: Scalar> Constraint<P> {
         model: &Model<P>,
         q: &[T],
         v: &[T],
+        dt: T,
     ) -> Option<ConstraintRow<T>> {
         let length: T = self.kind().tied_length()?.into();
         let (mut position, mut rate) = (T::zero(), T::zero());
@@ -79,6 +80,8 @@ impl<P: Scalar> Constraint<P> {
             position += c * motion.position;
             rate += c * motion.rate;
         }
-        Some(self.row(position - length, rate, T::zero()))
+        let error = position - length;
+        let holds = self.hold.at(|| [error * error, T::zero()], dt);
+        Some(self.row([error, rate, T::zero()], &holds, false))
     }
 }

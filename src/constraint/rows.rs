@@ -5,10 +5,10 @@
 use nalgebra::{DMatrix, Vector3};
 
 use super::anchor::{AnchorMotion, turn_between};
-use super::hold::Hold;
+use super::hold::{ForceLaw, Hold, Holds};
+use super::weld_angle::WeldAngle;
 use super::{Constraint, ConstraintKind};
 use crate::model::Model;
-use crate::numbers::Numbers;
 use crate::scalar::{Over, Scalar, from_each};
 use crate::spatial::linear::{dot, scale};
 use crate::spatial::{Force, Motion, SPATIAL};
@@ -25,7 +25,7 @@ pub(crate) struct ConstraintRow<T> {
     pub(crate) bias: T,
     /// J (ω × (v + ω × c)) with centres of mass c, by which J ã is more than J v̇.
     pub(crate) turning: T,
-    /// Rigid, or by a spring and damper.
+    /// Rigid, by a spring and damper, or regularised.
     pub(crate) hold: Hold<T>,
     /// The largest force, N or N·m; `None` for any.
     pub(crate) largest_force: Option<T>,
@@ -66,11 +66,11 @@ impl<T: Scalar> ConstraintRow<T> {
     }
 
     /// Whether it is to be closed, not one of a spring.
-    pub(crate) fn is_rigid(&self) -> bool {
-        matches!(self.hold, Hold::Rigid { .. })
+    pub(crate) fn is_closed(&self) -> bool {
+        !matches!(self.hold, Hold::Spring { .. })
     }
 
-    /// The force of a spring and damper at an instant, within its bound: −k φ − d φ̇; `None` for rigid rows.
+    /// The force of a spring and damper at an instant, within its bound: −k φ − d φ̇; `None` for other rows.
     pub(crate) fn spring_force(&self) -> Option<T> {
         let Hold::Spring { stiffness, damping } = self.hold else {
             return None;
@@ -115,13 +115,14 @@ impl<T: Scalar> ConstraintRows<T> {
         }
     }
 
-    /// Computes all rows at a state; does not allocate.
+    /// Computes all rows at a state, in a step of `dt`; does not allocate.
     pub(crate) fn evaluate<P: Scalar>(
         &mut self,
         model: &Model<P>,
         constraints: &[Constraint<P>],
         q: &[T],
         v: &[T],
+        dt: T,
     ) where
         T: Over<P>,
     {
@@ -129,8 +130,8 @@ impl<T: Scalar> ConstraintRows<T> {
         self.jacobian.clear();
         for constraint in constraints {
             let motions = constraint.kind().motions(model, q, v);
-            push_rows(&mut self.rows, model, constraint, &motions, q, v);
-            self.push_jacobian(model, constraint.kind(), &motions, q);
+            push_rows(&mut self.rows, model, constraint, &motions, [q, v], dt);
+            self.push_jacobian(model, constraint, &motions, q);
         }
         turn(&mut self.rows, model, &self.jacobian, v);
     }
@@ -149,7 +150,14 @@ impl<T: Scalar> ConstraintRows<T> {
         self.after.clear();
         for constraint in constraints {
             let motions = constraint.kind().motions(model, q, v);
-            push_rows(&mut self.after, model, constraint, &motions, q, v);
+            push_rows(
+                &mut self.after,
+                model,
+                constraint,
+                &motions,
+                [q, v],
+                T::one(),
+            );
         }
         turn(&mut self.after, model, &self.jacobian, v);
     }
@@ -162,15 +170,19 @@ impl<T: Scalar> ConstraintRows<T> {
     fn push_jacobian<P: Scalar>(
         &mut self,
         model: &Model<P>,
-        kind: &ConstraintKind<P>,
+        constraint: &Constraint<P>,
         motions: &[AnchorMotion<T>; 2],
         q: &[T],
     ) where
         T: Over<P>,
     {
+        let kind = constraint.kind();
         self.relative.fill(T::zero());
         for ((anchor, at), sign) in kind.anchors().iter().zip(motions).zip([-1.0, 1.0]) {
             anchor.add_jacobian(model, q, at, sign, &mut self.own, &mut self.relative);
+        }
+        if let (ConstraintKind::Weld(_), ForceLaw::Soft(_)) = (kind, &constraint.hold) {
+            WeldAngle::between(motions).turn(&mut self.relative);
         }
         match kind {
             ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => {
@@ -202,29 +214,33 @@ fn push_rows<P: Scalar, T: Over<P>>(
     model: &Model<P>,
     constraint: &Constraint<P>,
     motions: &[AnchorMotion<T>; 2],
-    q: &[T],
-    v: &[T],
+    [q, v]: [&[T]; 2],
+    dt: T,
 ) {
-    rows.extend(constraint.row_of_joints(model, q, v));
-    constraint.each_row_of_anchors(motions, |row, _| rows.push(row));
+    rows.extend(constraint.row_of_joints(model, q, v, dt));
+    constraint.each_row_of_anchors(motions, dt, |row, _| rows.push(row));
 }
 
 impl<P: Scalar> Constraint<P> {
     /// Passes each row between two anchors, whose accelerations `A` are those while ã = 0, with its axis to `each`; constraints that tie joints have
     /// none.
+    ///
+    /// * `dt` – the step, s, which regularised rows depend on
     #[inline(always)]
     pub(super) fn each_row_of_anchors<T: Over<P>>(
         &self,
         motions: &[AnchorMotion<T>; 2],
+        dt: T,
         mut each: impl FnMut(ConstraintRow<T>, RowAxis<T>),
     ) {
         let [from, to] = motions;
         let (V, A) = (to.V - from.V, to.A - from.A);
+        let holds = self.hold.at(|| self.squares(motions), dt);
         match self.kind() {
             ConstraintKind::Weld(_) | ConstraintKind::Ball(_) => {
                 let error = to.X.translation - from.X.translation;
                 for k in 0..3 {
-                    let row = self.row(error[k], V.linear[k], A.linear[k]);
+                    let row = self.row([error[k], V.linear[k], A.linear[k]], &holds, false);
                     each(row, RowAxis::Coordinate(k));
                 }
             }
@@ -234,30 +250,58 @@ impl<P: Scalar> Constraint<P> {
                 let rate = dot(&n, &V.linear);
                 let across = dot(&V.linear, &V.linear) - rate * rate;
                 let bias = dot(&n, &A.linear) + across / d;
-                each(
-                    self.row(d - T::from(*length), rate, bias),
-                    RowAxis::Along(n),
-                );
+                let row = self.row([d - T::from(*length), rate, bias], &holds, false);
+                each(row, RowAxis::Along(n));
             }
             ConstraintKind::Coupler { .. } | ConstraintKind::Tendon { .. } => {}
         }
-        if let ConstraintKind::Weld(_) = self.kind() {
-            let turn = turn_between(&from.X, &to.X);
-            for k in 0..3 {
-                let row = self.row(turn[k], V.angular[k], A.angular[k]);
-                each(row, RowAxis::Coordinate(3 + k));
+        match (self.kind(), &holds) {
+            (ConstraintKind::Weld(_), Holds::Alike(_)) => {
+                let turn = turn_between(&from.X, &to.X);
+                for k in 0..3 {
+                    let row = self.row([turn[k], V.angular[k], A.angular[k]], &holds, true);
+                    each(row, RowAxis::Coordinate(3 + k));
+                }
             }
+            (ConstraintKind::Weld(_), Holds::Soft(_)) => {
+                WeldAngle::between(motions).each_row(motions, |numbers, axis| {
+                    each(self.row(numbers, &holds, true), RowAxis::About(axis));
+                });
+            }
+            _ => {}
         }
     }
 
+    /// |p|² and |θ|² of the errors between two anchors.
+    fn squares<T: Over<P>>(&self, motions: &[AnchorMotion<T>; 2]) -> [T; 2] {
+        let p = motions[1].X.translation - motions[0].X.translation;
+        let square = dot(&p, &p);
+        match self.kind() {
+            ConstraintKind::Weld(_) => [square, WeldAngle::between(motions).square()],
+            ConstraintKind::Distance { length, .. } => {
+                let error = Span::between(motions).d - T::from(*length);
+                [error * error, T::zero()]
+            }
+            _ => [square, T::zero()],
+        }
+    }
+
+    /// A row from its error, rate and bias.
+    ///
+    /// * `holds` – the force laws of all rows
     #[inline]
-    pub(super) fn row<T: Over<P>>(&self, error: T, rate: T, bias: T) -> ConstraintRow<T> {
+    pub(super) fn row<T: Over<P>>(
+        &self,
+        [error, rate, bias]: [T; 3],
+        holds: &Holds<T>,
+        is_angular: bool,
+    ) -> ConstraintRow<T> {
         ConstraintRow {
             error,
             rate,
             bias,
             turning: T::zero(),
-            hold: self.hold.lift(),
+            hold: holds.row(error, rate, is_angular),
             largest_force: self.largest_force().map(T::from),
         }
     }
@@ -286,6 +330,8 @@ pub(super) enum RowAxis<T> {
     Coordinate(usize),
     /// The linear part along a unit vector.
     Along(Vector3<T>),
+    /// The angular part along a vector.
+    About(Vector3<T>),
 }
 
 impl<T: Scalar> RowAxis<T> {
@@ -294,6 +340,7 @@ impl<T: Scalar> RowAxis<T> {
         match self {
             Self::Coordinate(k) => V.coordinate(*k),
             Self::Along(n) => dot(n, &V.linear),
+            Self::About(n) => dot(n, &V.angular),
         }
     }
 
@@ -306,6 +353,7 @@ impl<T: Scalar> RowAxis<T> {
                 false => T::zero(),
             })),
             Self::Along(n) => Force::new(*n, Vector3::zeros()),
+            Self::About(n) => Force::new(Vector3::zeros(), *n),
         }
     }
 }
@@ -349,7 +397,7 @@ mod tests {
     ) -> ConstraintRows<T> {
         let rows = constraints.iter().map(Constraint::rows).sum();
         let mut out = ConstraintRows::new(rows, model.nv());
-        out.evaluate(model, constraints, q, v);
+        out.evaluate(model, constraints, q, v, T::constant(0.01));
         out
     }
 

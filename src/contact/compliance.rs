@@ -1,7 +1,6 @@
 //! Compliance of surfaces that touch.
 
-use super::impedance::Impedance;
-use super::reference::Reference;
+use crate::constraint::{Impedance, Reference};
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::Scalar;
 

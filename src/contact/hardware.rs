@@ -73,6 +73,12 @@ fn resize<T: Scalar>(
         (Feature::Rim { radius, .. }, Feature::Rim { axis, .. }) => {
             *radius *= stretch.across(&in_link(axis));
         }
+        (Feature::Ellipsoid { semi_axes }, Feature::Ellipsoid { semi_axes: before }) => {
+            for (mut own, before) in semi_axes.column_iter_mut().zip(before.column_iter()) {
+                let factor = stretch.along(&in_link(&before.normalize()));
+                own.iter_mut().for_each(|x| *x *= factor);
+            }
+        }
         _ => {}
     }
 }

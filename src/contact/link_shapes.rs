@@ -314,7 +314,7 @@ fn shape(collision: &Collision, meshes: &mut dyn MeshHulls) -> Result<Shape, Str
         Geometry::Capsule { radius, length } | Geometry::Cylinder { radius, length } => {
             &[*radius, *length]
         }
-        Geometry::Box { size } => size,
+        Geometry::Box { size } | Geometry::Ellipsoid { size } => size,
         Geometry::Mesh { .. } => &[],
     };
     if let Some(size) = sizes
@@ -337,6 +337,9 @@ fn shape(collision: &Collision, meshes: &mut dyn MeshHulls) -> Result<Shape, Str
         },
         Geometry::Box { size } => Shape::Box {
             half_extents: size.map_each(|x| x / 2.0),
+        },
+        Geometry::Ellipsoid { size } => Shape::Ellipsoid {
+            semi_axes: size.map_each(|x| x / 2.0),
         },
         mesh @ Geometry::Mesh { uri, scale, .. } => {
             let found = hull(mesh, scale, meshes);

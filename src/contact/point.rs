@@ -6,8 +6,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::model::{BodyId, FrameId, Model};
 use crate::numbers::{Domain, Numbers, each_lane, numbers};
-use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::{add_cross, cross, dot, lift_vector, rotate_back, scale};
+use crate::scalar::{MapEach, Over, Scalar};
+use crate::spatial::linear::{
+    add_cross, columns, cross, dot, lift_vector, rotate, rotate_back, scale,
+};
 use crate::spatial::{Force, Motion};
 
 /// The feature of a shape that touches.
@@ -20,6 +22,11 @@ pub enum Feature<P = f64> {
     Sphere {
         /// Radius, m.
         radius: P,
+    },
+    /// The lowest point of an ellipsoid about the centre: it rolls.
+    Ellipsoid {
+        /// The semi-axes in the body frame, m, as columns at right angles to each other. They are not parameters.
+        semi_axes: Matrix3<P>,
     },
     /// A point of a circle about the centre, at an angle from its lowest one.
     Rim {
@@ -62,6 +69,7 @@ impl<P: Scalar> ContactPoint<P> {
 numbers! { pub enum Feature {
     Corner {},
     Sphere { radius: Positive("radius", "radius of a sphere") },
+    Ellipsoid { semi_axes: hidden() },
     Rim { axis: hidden(), radius: Positive("radius", "radius of a rim"), angle: kept() },
 } }
 
@@ -109,13 +117,18 @@ impl<P: Scalar> ContactPoint<P> {
         }
     }
 
-    /// The radius on which it rolls: that of a sphere, and of a rim whose lowest point it is.
+    /// The radius on which it rolls: that of a sphere, of a rim whose lowest point it is, and the largest semi-axis of an ellipsoid.
     pub(super) fn rolling_radius(&self) -> Option<P> {
         match self.feature {
             Feature::Sphere { radius } => Some(radius),
             Feature::Rim {
                 radius, angle: 0.0, ..
             } => Some(radius),
+            // The largest semi-axis.
+            Feature::Ellipsoid { semi_axes } => {
+                let squares = columns(&semi_axes).map_each(|axis| dot(&axis, &axis));
+                Some(squares[0].max(squares[1]).max(squares[2]).sqrt())
+            }
             _ => None,
         }
     }
@@ -139,6 +152,7 @@ impl<P: Scalar> ContactPoint<P> {
         match self.feature {
             Feature::Corner => center,
             Feature::Sphere { radius } => center - scale(normal, radius.into()),
+            Feature::Ellipsoid { semi_axes } => center - support(&semi_axes, normal),
             Feature::Rim {
                 axis,
                 radius,
@@ -149,6 +163,15 @@ impl<P: Scalar> ContactPoint<P> {
             }
         }
     }
+}
+
+/// From the centre of an ellipsoid with semi-axes sᵢ to its furthest point along n:  Σ sᵢ (sᵢ · n) / √(Σ (sᵢ · n)²).
+fn support<P: Scalar, T: Over<P>>(semi_axes: &Matrix3<P>, n: &Vector3<T>) -> Vector3<T> {
+    let along = rotate_back(semi_axes, n);
+    let square = dot(&along, &along);
+    let least = T::constant(f64::MIN_POSITIVE);
+    let length = square.select_lt(least, T::one(), square).sqrt();
+    rotate(semi_axes, &scale(&along, T::one() / length))
 }
 
 /// From the centre of a circle of radius 1 to its lowest point, turned about the axis by an angle: exact for tilts beyond [`FLAT`], and

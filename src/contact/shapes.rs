@@ -5,7 +5,7 @@
 use std::f64::consts::TAU;
 use std::fmt;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::laws::ContactLaw;
 use super::point::{ContactPoint, Feature};
@@ -145,6 +145,9 @@ fn turned(X_BS: &Transform<f64>, feature: Feature) -> Feature {
             radius,
             angle,
         },
+        Feature::Ellipsoid { semi_axes } => Feature::Ellipsoid {
+            semi_axes: X_BS.rotation * semi_axes,
+        },
         other => other,
     }
 }
@@ -158,6 +161,11 @@ fn features(shape: &Collision, meshes: &mut dyn MeshHulls, options: &ContactOpti
         Geometry::Capsule { radius, length } => [-0.5, 0.5]
             .map_each(|end| (on_axis(end * length), Feature::Sphere { radius: *radius }))
             .to_vec(),
+        Geometry::Ellipsoid { size } => {
+            let half = Vector3::from(size.map_each(|x| 0.5 * x));
+            let semi_axes = Matrix3::from_diagonal(&half);
+            vec![(Vector3::zeros(), Feature::Ellipsoid { semi_axes })]
+        }
         Geometry::Box { size } => corners(size).map_each(|c| (c, Feature::Corner)).to_vec(),
         Geometry::Cylinder { radius, length } => {
             let ends = [-0.5, 0.5].into_iter();

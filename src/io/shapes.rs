@@ -3,22 +3,22 @@
 use super::context::{Context, Node, child, is_native, tag};
 use super::mesh_path::MeshFinder;
 use super::place::Place;
-use super::schema::{Known, check, known};
+use super::schema::{Known, check};
 use super::values::Values;
 use crate::error::LoadError;
 use crate::model::Geometry;
+use crate::scalar::MapEach;
 
 /// The elements of shapes in a format.
 #[derive(Debug)]
 pub(super) struct Shapes {
+    /// Content of `<geometry>`: the names of the shapes.
+    pub(super) names: Known,
     /// Shapes, each with what it holds.
-    pub(super) shapes: [(&'static str, Known); 5],
+    pub(super) shapes: &'static [(&'static str, Known)],
     /// Name of the value with the reference to a mesh.
     pub(super) file: &'static str,
 }
-
-/// Content of `<geometry>`.
-const GEOMETRY: Known = known("", "", "box cylinder capsule sphere mesh");
 
 /// A shape of a visual or collision with the element that gives its size.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ pub(super) fn find<'a>(
 ) -> Result<Option<Shape<'a>>, LoadError> {
     let mut found = None;
     if let Some(geometry) = child(node, "geometry") {
-        check(context, geometry, &GEOMETRY)?;
+        check(context, geometry, &format.names)?;
         for shape in geometry.children().filter(|shape| is_native(*shape)) {
             let known = format.shapes.iter().find(|(name, _)| *name == tag(shape));
             match known {
@@ -70,6 +70,11 @@ pub(super) fn read<V: Values>(
             let size = V::required(context, node, "size")?;
             return Ok(Geometry::Box { size });
         }
+        "ellipsoid" => {
+            let radii: [f64; 3] = V::required(context, node, "radii")?;
+            let size = radii.map_each(|radius| 2.0 * radius);
+            return Ok(Geometry::Ellipsoid { size });
+        }
         _ => {}
     }
     let [radius] = V::required(context, node, "radius")?;
@@ -93,7 +98,9 @@ pub(super) fn check_shape(
     [size, mesh]: [Place<'_>; 2],
 ) {
     let least = match *geometry {
-        Geometry::Box { size: [x, y, z] } => x.min(y).min(z),
+        Geometry::Box { size: [x, y, z] } | Geometry::Ellipsoid { size: [x, y, z] } => {
+            x.min(y).min(z)
+        }
         Geometry::Sphere { radius } => radius,
         Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
             radius.min(length)

@@ -175,6 +175,11 @@ pub enum Geometry {
         /// Radius.
         radius: f64,
     },
+    /// An ellipsoid along the axes.
+    Ellipsoid {
+        /// Full lengths along the axes.
+        size: [f64; 3],
+    },
     /// A mesh from a file.
     Mesh {
         /// The reference as written in the description. One that begins with `data:model/obj` contains the mesh, as the text of an OBJ file after a

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::LinkSpec;
 use super::parts::{Collision, Geometry, Visual};
-use crate::scalar::Scalar;
+use crate::scalar::{MapEach, Scalar};
 use crate::spatial::{Inertia, Transform};
 
 /// Mass of a solid, given directly or by its density.
@@ -42,6 +42,7 @@ impl Geometry {
             Self::Cylinder { radius, length } => Some(PI * radius * radius * length),
             Self::Capsule { radius, length } => Some(capsule_volume(radius, length)),
             Self::Sphere { radius } => Some(BALL * radius * radius * radius),
+            Self::Ellipsoid { size: [x, y, z] } => Some(BALL / 8.0 * x * y * z),
             Self::Mesh { .. } => None,
         }
     }
@@ -68,6 +69,11 @@ impl Geometry {
             }
             Self::Capsule { radius, length } => Some(Inertia::solid_capsule(mass, radius, length)),
             Self::Sphere { radius } => Some(Inertia::solid_sphere(mass, radius)),
+            // Of a box it is m (b² + c²) / 12 with the full lengths, of an ellipsoid m (b² + c²) / 20.
+            Self::Ellipsoid { size } => {
+                let side = (12.0_f64 / 20.0).sqrt();
+                Some(Inertia::solid_box(mass, size.map_each(|x| x * side)))
+            }
             Self::Mesh { .. } => None,
         }
     }
@@ -134,7 +140,10 @@ mod tests {
     use crate::model::UpAxis;
     use crate::tests::ROUNDING;
 
-    const SHAPES: [Geometry; 4] = [
+    const SHAPES: [Geometry; 5] = [
+        Geometry::Ellipsoid {
+            size: [0.3, 0.5, 0.7],
+        },
         Geometry::Box {
             size: [1.0, 0.5, 0.2],
         },
@@ -163,7 +172,7 @@ mod tests {
 
     #[test]
     fn volume_of_a_capsule_equals_cylinder_and_ball() {
-        let [_, cylinder, capsule, _] = SHAPES.map(|shape| shape.volume().unwrap());
+        let [_, _, cylinder, capsule, _] = SHAPES.map(|shape| shape.volume().unwrap());
         let ball = Geometry::Sphere { radius: 0.3 }.volume().unwrap();
         assert!((capsule - cylinder - ball).abs() < ROUNDING);
     }

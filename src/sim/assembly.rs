@@ -72,7 +72,8 @@ impl<P: Scalar> Simulator<P> {
         self.check(state);
         let mut rows = ConstraintRows::new(self.bilateral_rows(), self.model().nv());
         let at = (state.q.as_slice(), state.v.as_slice());
-        rows.evaluate(self.model(), self.constraints(), at.0, at.1);
+        let dt = T::from(self.time_step());
+        rows.evaluate(self.model(), self.constraints(), at.0, at.1, dt);
         rows
     }
 }
@@ -151,7 +152,7 @@ impl Simulator<f64> {
     /// Errors of the rows that are to be closed, zero for springs.
     fn open_errors(&self, state: &State) -> Vec<f64> {
         let rows = self.constraint_rows(state).rows;
-        let error = |row: &ConstraintRow<f64>| if row.is_rigid() { row.error } else { 0.0 };
+        let error = |row: &ConstraintRow<f64>| if row.is_closed() { row.error } else { 0.0 };
         rows.iter().map(error).collect()
     }
 
@@ -160,7 +161,7 @@ impl Simulator<f64> {
         let rows = self.constraint_rows(state);
         let mut out = DMatrix::from_row_slice(rows.rows.len(), self.model().nv(), &rows.jacobian);
         for (row, mut entries) in rows.rows.iter().zip(out.row_iter_mut()) {
-            if !row.is_rigid() {
+            if !row.is_closed() {
                 entries.fill(0.0);
             }
         }

@@ -356,7 +356,7 @@ impl<P: Scalar> Simulator<P> {
             Some(_) => Some("contacts"),
             None if self.has_following_servos() => Some("servos of tendons or frames"),
             None => (self.constraints.iter().any(Constraint::gives_way))
-                .then_some("constraints that are springs or have a largest force"),
+                .then_some("constraints that are springs, regularised or have a largest force"),
         };
         assert!(
             refused.is_none(),

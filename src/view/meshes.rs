@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::mesh::{self, Mesh};
 use crate::io::mesh::{MeshFile, Remarks};
 use crate::model::Geometry;
+use crate::scalar::MapEach;
 use crate::spatial::Transform;
 
 /// Edge of the box that replaces a mesh that cannot be shown, m.
@@ -59,6 +60,7 @@ impl Piece {
         let (shape, size) = match *geometry {
             Geometry::Box { size } => (Solid::Box, size),
             Geometry::Sphere { radius } => (Solid::Sphere, [radius; 3]),
+            Geometry::Ellipsoid { size } => (Solid::Sphere, size.map_each(|x| 0.5 * x)),
             Geometry::Cylinder { radius, length } => (Solid::Cylinder, [radius, radius, length]),
             Geometry::Capsule { radius, length } => (Solid::Capsule, [radius, radius, length]),
             Geometry::Mesh { .. } => (Solid::Box, [PLACEHOLDER; 3]),

@@ -150,6 +150,9 @@ enum StoredGeometry {
     Sphere {
         radius: f64,
     },
+    Ellipsoid {
+        size: [f64; 3],
+    },
     Mesh {
         uri: String,
         #[serde(serialize_with = "as_text")]

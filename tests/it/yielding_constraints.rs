@@ -2,12 +2,13 @@
 
 use dualbody::autodiff::{VectorFunction, finite_difference};
 use dualbody::codegen::{linearization, step};
-use dualbody::constraint::{Anchor, Constraint};
+use dualbody::constraint::{Anchor, Constraint, Impedance, Reference, Regularisation, Sigmoid};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, Model, ModelBuilder, samples};
 use dualbody::sim::BatchSimulator;
+use dualbody::spatial::{Quaternion, Transform};
 use dualbody::{Cast, Integrator, Scalar, Simulator, State};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 
 use crate::common::everything::INTEGRATORS;
 use crate::common::{SAME_ALGEBRA, gripper, random_point};
@@ -282,7 +283,40 @@ fn slow_point(model: &Model, seed: u64) -> State {
     State::new(at.q.as_slice(), (at.v * 0.3).as_slice())
 }
 
-/// Constraints of each kind, rigid and elastic, with and without bounds, some at them and some not.
+/// A regularisation whose impedance rises over a width.
+fn soft(width: f64) -> Regularisation {
+    Regularisation {
+        reference: Reference::TimeConstant {
+            time_constant: 0.03,
+            damping_ratio: 0.8,
+        },
+        impedance: Impedance {
+            least: 0.6,
+            largest: 0.9,
+            width,
+            sigmoid: Sigmoid::new(0.4, 3.0),
+        },
+        inverse_mass: 0.7,
+        inverse_inertia: 3.0,
+        lever: 0.3,
+    }
+}
+
+fn direct() -> Regularisation {
+    Regularisation {
+        reference: Reference::Direct {
+            stiffness: 900.0,
+            damping: 40.0,
+        },
+        impedance: Impedance {
+            width: 0.4,
+            ..Impedance::default()
+        },
+        ..soft(1.0)
+    }
+}
+
+/// Constraints of each kind, rigid, elastic and regularised, with and without bounds, some at them and some not.
 pub(crate) fn all_sorts() -> Vec<(Simulator, State)> {
     let tree = samples::random_tree(8, 2);
     let state = slow_point(&tree, 4);
@@ -292,6 +326,10 @@ pub(crate) fn all_sorts() -> Vec<(Simulator, State)> {
     let welded =
         frame(&tree, "link3").brought_to(&frame(&tree, "link6"), &tree, state.q.as_slice());
     let weld = Constraint::weld([welded.moved([0.01, 0.02, 0.0]), frame(&tree, "link6")]);
+    let turned = Quaternion::exp(&Vector3::new(0.3, -0.2, 0.5)).to_matrix();
+    let mut apart = welded;
+    apart.placement = apart.placement * Transform::new(turned, Vector3::new(0.01, 0.02, 0.0));
+    let weld_apart = Constraint::weld([apart, frame(&tree, "link6")]);
     let ball = Constraint::ball([nail, end]);
     let sets = [
         vec![weld.clone().with_spring(900.0, 20.0), rod.clone()],
@@ -302,6 +340,16 @@ pub(crate) fn all_sorts() -> Vec<(Simulator, State)> {
         vec![
             rod.clone().with_largest_force(1e5),
             weld.with_largest_force(0.7),
+        ],
+        vec![
+            weld_apart.with_regularisation(soft(0.9)),
+            rod.clone().with_regularisation(direct()),
+        ],
+        vec![
+            ball.clone()
+                .with_regularisation(soft(0.3))
+                .with_largest_force(2.0),
+            rod.clone(),
         ],
         vec![
             ball.with_spring(200.0, 3.0).with_largest_force(60.0),
@@ -331,6 +379,7 @@ pub(crate) fn all_sorts() -> Vec<(Simulator, State)> {
         vec![tied.clone()],
         vec![tied.clone().with_spring(80.0, 2.0)],
         vec![tied.clone().with_largest_force(0.4)],
+        vec![tied.clone().with_regularisation(soft(2.0))],
         vec![tied.with_spring(80.0, 2.0).with_largest_force(0.2)],
     ] {
         out.push((
@@ -376,6 +425,54 @@ fn jacobians_equal_finite_differences() {
             let numeric = finite_difference::jacobian(&f, &vec![0.0; n + nu]);
             let error = (&exact - &numeric).amax() / numeric.amax();
             assert!(error < 1e-6, "{integrator:?}, {which}: {error:e}");
+        }
+    }
+}
+
+// In attachment frames, lengths and the parameters of the force law, and in the time step.
+#[test]
+fn gradients_of_regularised_constraints_equal_finite_differences() {
+    let is_soft = |tied: &Constraint| tied.regularisation().is_some();
+    for integrator in INTEGRATORS {
+        let all = all_sorts().into_iter().enumerate();
+        for (which, (simulator, state)) in
+            all.filter(|(_, (own, _))| own.constraints().iter().any(is_soft))
+        {
+            let simulator = simulator.with_integrator(integrator).with_time_step(0.002);
+            let u = vec![0.1; simulator.nu()];
+            let n = simulator.n_tangent();
+            let weights: Vec<f64> = (0..n).map(|k| (1.0 + k as f64).sin()).collect();
+            let found = simulator.vjp(&state, &u, &weights);
+            let next = simulator.step(&state, &u);
+            let sum = |by: &[f64]| -> f64 {
+                let other = simulator.with_parameters(by);
+                let moved = other.step(&state, &u).deviation(simulator.model(), &next);
+                moved.iter().zip(&weights).map(|(x, w)| x * w).sum()
+            };
+            let (own, layout) = (simulator.parameters(), simulator.parameter_layout());
+            let of_constraints = (0..own.len()).filter(|&k| {
+                let name = &layout.names()[k];
+                name.starts_with("constraint") || name.contains("time step")
+            });
+            let mut count = 0;
+            for k in of_constraints {
+                let by = 1e-6 * own[k].abs().max(1e-2);
+                let at = |by: f64| {
+                    let mut moved = own.clone();
+                    moved[k] += by;
+                    sum(moved.as_slice())
+                };
+                let expected = (at(by) - at(-by)) / (2.0 * by);
+                let error = (found.parameters[k] - expected).abs();
+                let name = &layout.names()[k];
+                assert!(
+                    error < 1e-4 * expected.abs().max(1e-2),
+                    "{integrator:?}, {which}, {name}: {} for {expected}",
+                    found.parameters[k]
+                );
+                count += 1;
+            }
+            assert!(count > 10, "{count}");
         }
     }
 }

@@ -10,7 +10,7 @@ Run by hand, and only when a description changes. Each text file is one descript
     state 0                              the records up to the next state belong to this state
     name rows columns number number ...  row by row
 
-Contacts, limits, friction losses and equalities are switched off, and actuators but in `servos` and `activations`, where each state has a control (in the order of the file) and no
+Contacts, limits, friction losses and equalities (but in `equalities`) are switched off, and actuators but in `servos` and `activations`, where each state has a control (in the order of the file) and no
 applied force; springs and dampers are in the accelerations, not in the bias. Numbers are in the
 conventions of the crate: the velocity of a free body is in the body, [linear; angular].
 """
@@ -21,10 +21,10 @@ import mujoco
 import numpy as np
 
 HERE = pathlib.Path(__file__).resolve().parent
-NAMES = ["chain", "free", "world", "attach", "servos", "sensors", "activations", "rays"]
+NAMES = ["chain", "free", "world", "attach", "servos", "sensors", "activations", "rays", "equalities"]
 ACTUATED = ["servos", "activations"]
-# Activations are held over the stages of our steps of Runge and Kutta; rays are compared at states.
-WITHOUT_MOTION = ["activations", "rays"]
+# Activations are held over the stages of our steps of Runge and Kutta; rays are compared at states, and so are equalities, which make motions fast.
+WITHOUT_MOTION = ["activations", "rays", "equalities"]
 STATES = 3
 # One second of motion by the Runge–Kutta method.
 TIME_STEP = 1e-4
@@ -35,7 +35,11 @@ def main():
     for name in NAMES:
         model = mujoco.MjModel.from_xml_path(str(HERE / f"{name}.xml"))
         off = mujoco.mjtDisableBit
-        model.opt.disableflags |= off.mjDSBL_CONSTRAINT
+        if name == "equalities":
+            model.opt.disableflags |= off.mjDSBL_CONTACT | off.mjDSBL_LIMIT | off.mjDSBL_FRICTIONLOSS
+            model.opt.tolerance = 0
+        else:
+            model.opt.disableflags |= off.mjDSBL_CONSTRAINT
         if name not in ACTUATED:
             model.opt.disableflags |= off.mjDSBL_ACTUATION
         rng = np.random.default_rng(sum(name.encode()))

@@ -47,22 +47,32 @@ pub(super) fn law_of(name: &str, value: &Bound<'_, PyAny>, model: &Model) -> PyR
     }
 }
 
-fn relaxed(value: &Bound<'_, PyAny>) -> PyResult<RelaxedRigid> {
+/// The reference acceleration of an object that has one by its numbers.
+pub(super) fn reference_of(value: &Bound<'_, PyAny>) -> PyResult<Reference> {
     let number = |name: &str| -> PyResult<f64> { attribute(value, name) };
-    let reference = match attribute(value, "direct")? {
+    Ok(match attribute(value, "direct")? {
         Some((stiffness, damping)) => Reference::Direct { stiffness, damping },
         None => Reference::TimeConstant {
             time_constant: number("time_constant")?,
             damping_ratio: number("damping_ratio")?,
         },
-    };
+    })
+}
+
+/// The impedance of an object that has one by its numbers.
+pub(super) fn impedance_of(value: &Bound<'_, PyAny>) -> PyResult<Impedance> {
     let [least, largest, width, midpoint, power] = read_numbers("impedance", value)?;
-    let impedance = Impedance {
+    let sigmoid = guarded(|| Sigmoid::new(midpoint, power))?;
+    Ok(Impedance {
         least,
         largest,
         width,
-        sigmoid: Sigmoid::new(midpoint, power),
-    };
+        sigmoid,
+    })
+}
+
+fn relaxed(value: &Bound<'_, PyAny>) -> PyResult<RelaxedRigid> {
+    let (reference, impedance) = (reference_of(value)?, impedance_of(value)?);
     Ok(
         fields!(value => RelaxedRigid { friction, reference: reference, impedance: impedance, friction_impedance_ratio }),
     )

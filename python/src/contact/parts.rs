@@ -1,9 +1,10 @@
 //! Constraints, forces and inputs at places.
 
-use dualbody::constraint::{Anchor, Constraint};
+use dualbody::constraint::{Anchor, Constraint, Regularisation};
 use dualbody::sim::{ExternalForce, FrameActuator, Sleeping, TendonServo};
 use dualbody::spatial::{Force, Representation};
 
+use super::law::{impedance_of, reference_of};
 use super::motors::servo_of;
 use crate::dynamics::named;
 use crate::model::read_pose;
@@ -48,18 +49,33 @@ fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint
     let time: Option<f64> = attribute(value, "time_constant")?;
     let spring: Option<(f64, f64)> = attribute(value, "spring")?;
     let bound: Option<f64> = attribute(value, "largest_force")?;
-    if time.is_some() && spring.is_some() {
-        refuse!("a constraint has a time_constant or a spring, not both");
+    let soft = regularisation_of(value)?;
+    let laws = [time.is_some(), spring.is_some(), soft.is_some()];
+    if laws.into_iter().filter(|is_given| *is_given).count() > 1 {
+        refuse!("a constraint has one of time_constant, spring and regularisation, not several");
     }
     guarded(|| {
         let timed = time.map(|time| constraint.clone().with_time_constant(time));
         let sprung = spring.map(|(k, d)| constraint.clone().with_spring(k, d));
-        let held = timed.or(sprung).unwrap_or(constraint);
+        let soft = soft.map(|soft| constraint.clone().with_regularisation(soft));
+        let held = timed.or(sprung).or(soft).unwrap_or(constraint);
         match bound {
             Some(bound) => held.with_largest_force(bound),
             None => held,
         }
     })
+}
+
+/// The regularisation of a constraint, if it has one.
+fn regularisation_of(constraint: &Bound<'_, PyAny>) -> PyResult<Option<Regularisation>> {
+    let value = constraint.getattr("regularisation")?;
+    if value.is_none() {
+        return Ok(None);
+    }
+    check_kind("regularisation", &value, "sim", &["Regularisation"], "")?;
+    let (reference, impedance) = (reference_of(&value)?, impedance_of(&value)?);
+    let own = fields!(value => Regularisation { reference: reference, impedance: impedance, inverse_mass, inverse_inertia, lever });
+    Ok(Some(own))
 }
 
 fn force_of(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Force<f64>> {

@@ -5,7 +5,7 @@ use dualbody::contact::{
     TurningFriction,
 };
 use dualbody::model::{BodyId, FrameId};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::collisions::with_collisions;
 use super::law::law_of;
@@ -23,6 +23,7 @@ pub(crate) fn point_numbers(point: &ContactPoint) -> Point {
             radius,
             angle,
         } => ("rim", vec![axis.x, axis.y, axis.z, radius, angle]),
+        Feature::Ellipsoid { semi_axes } => ("ellipsoid", semi_axes.as_slice().to_vec()),
         _ => ("corner", Vec::new()),
     };
     (
@@ -41,6 +42,9 @@ fn point_of((link, body, center, kind, x): &Point) -> ContactPoint {
             axis: Vector3::new(x, y, z),
             radius,
             angle,
+        },
+        ("ellipsoid", x) if x.len() == 9 => Feature::Ellipsoid {
+            semi_axes: Matrix3::from_column_slice(x),
         },
         _ => Feature::Corner,
     };

@@ -45,6 +45,9 @@ pub(crate) fn read_geometry(shape: &Bound<'_, PyAny>) -> PyResult<Geometry> {
         "Box" => Geometry::Box {
             size: read_numbers("size", shape)?,
         },
+        "Ellipsoid" => Geometry::Ellipsoid {
+            size: read_numbers("size", shape)?,
+        },
         "Sphere" => Geometry::Sphere {
             radius: read("radius")?.extract()?,
         },

@@ -2,12 +2,11 @@
 
 use super::law::{ContactRow, LawKind, PointKinematics, PointLaw, ROWS};
 use crate::cone::Law;
+use crate::constraint::{Impedance, Reference};
 use crate::contact::activation::ActivationMargin;
 use crate::contact::compliance::Compliance;
-use crate::contact::impedance::Impedance;
 use crate::contact::material::Material;
 use crate::contact::reason::{ContactReason, PointOutcome};
-use crate::contact::reference::Reference;
 use crate::contact::turning::TurningFriction;
 use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};

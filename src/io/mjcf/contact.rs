@@ -2,24 +2,16 @@
 
 use super::entry::Entry;
 use super::scene::{MjcfGeom, MjcfOptions, MjcfPair};
-use crate::contact::{
-    Compliance, Impedance, Material, Reference, RelaxedRigid, Sigmoid, TurningFriction,
-};
+use super::solver_parameters::{SOLIMP, SOLREF, impedance, reference};
+use crate::contact::{Compliance, Material, RelaxedRigid, TurningFriction};
 use crate::error::LoadError;
 use crate::scalar::{MapEach, from_each};
 
 /// Default contact parameters of a geom.
 const FRICTION: [f64; 3] = [1.0, 0.005, 0.0001];
-const SOLREF: [f64; 2] = [0.02, 1.0];
-const SOLIMP: [f64; 5] = [0.9, 0.95, 0.001, 0.5, 2.0];
 
 /// Dimensions that a contact force can have.
 const CONDIMS: [(&str, u8); 4] = [("1", 1), ("3", 3), ("4", 4), ("6", 6)];
-
-/// Least and largest impedance, and the least width of its rise (m), as `MuJoCo` bounds them.
-const LEAST_IMPEDANCE: f64 = 1e-4;
-const LARGEST_IMPEDANCE: f64 = 0.9999;
-const LEAST_WIDTH: f64 = 1e-15;
 
 /// Reads the contact parameters of a geom.
 pub(super) fn of_geom(entry: &Entry<'_, '_>) -> Result<MjcfGeom, LoadError> {
@@ -203,33 +195,10 @@ impl Touch {
 
     /// The law that has these numbers, within the bounds that `MuJoCo` gives them.
     pub(super) fn law(&self, options: &MjcfOptions) -> RelaxedRigid {
-        let impedance = |x: f64| x.clamp(LEAST_IMPEDANCE, LARGEST_IMPEDANCE);
-        let [least, largest, width, midpoint, power] = self.solimp;
-        let [one, two] = self.solref;
-        let is_time = one > 0.0 && two > 0.0;
-        let reference = match is_time {
-            true => Reference::TimeConstant {
-                time_constant: one.max(2.0 * options.time_step),
-                damping_ratio: two,
-            },
-            false => Reference::Direct {
-                stiffness: (-one).max(0.0),
-                damping: (-two).max(0.0),
-            },
-        };
-        let sigmoid = match (midpoint, power) {
-            (0.5, 2.0) => Sigmoid::default(),
-            _ => Sigmoid::new(impedance(midpoint), power.max(1.0)),
-        };
         RelaxedRigid {
             friction: self.friction,
-            reference,
-            impedance: Impedance {
-                least: impedance(least),
-                largest: impedance(largest),
-                width: width.max(LEAST_WIDTH),
-                sigmoid,
-            },
+            reference: reference(self.solref, options.time_step),
+            impedance: impedance(self.solimp),
             friction_impedance_ratio: options.impratio,
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! Constrained quantities are measured from the configuration of the bodies in the file, as in `MuJoCo`:
 //! `connect` holds the points together that coincide there, `weld` without a pose keeps that of the second body in the first, and
-//! `joint` ties displacements, q₁ − q₁⁰ = c₀ + c₁ (q₂ − q₂⁰).
+//! `joint` ties displacements, q₁ − q₁⁰ = c₀ + c₁ (q₂ − q₂⁰). The constraints are [soft](super::softness), as there.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -12,6 +12,7 @@ use super::entry::Entry;
 use super::orientation::pose_of;
 use super::scene::MjcfTendon;
 use super::sections::Names;
+use super::softness::{InverseInertias, soften, torque_scale};
 use super::walk::Part;
 use crate::constraint::{Anchor, Constraint};
 use crate::dynamics::frame_pose;
@@ -28,6 +29,9 @@ pub(super) struct Reference<'a> {
     pub(super) names: &'a Names,
     /// Fixed tendons by name.
     pub(super) tendons: HashMap<&'a str, &'a MjcfTendon>,
+    pub(super) inverses: InverseInertias<'a>,
+    /// s.
+    pub(super) time_step: f64,
 }
 
 /// Reads an equality; `None`, with a remark, if it is not active or cannot be modelled.
@@ -55,7 +59,10 @@ pub(super) fn read(
         false => Err(OUT_OF_RANGE),
     });
     match found {
-        Ok(constraint) => Ok(Some(constraint)),
+        Ok(constraint) => {
+            let inverses = at.inverses_of(part, &entry, constraint.kind());
+            soften(constraint, &entry, inverses, at.time_step).map(Some)
+        }
         Err(reason) => {
             entry.node.read_all();
             context.ignore(&place, reason);
@@ -93,17 +100,23 @@ impl Reference<'_> {
     }
 
     fn weld(&self, part: &Part<'_, '_>, entry: &Entry<'_, '_>) -> Result<Found, LoadError> {
+        // Without a torque scale nothing holds the orientation.
+        let made = match torque_scale(entry)? {
+            0.0 => Constraint::ball,
+            _ => Constraint::weld,
+        };
         if let Some(anchors) = self.sites(part, entry)? {
-            return Ok(Ok(Constraint::weld(anchors)));
+            return Ok(Ok(made(anchors)));
         }
         let [first, second] = self.bodies(part, entry)?;
-        // Where the constraint acts on the second body changes nothing where it is rigid.
-        entry.numbers::<3>("anchor")?;
+        let point = entry.some_numbers("anchor", [0.0; 3])?;
+        let X_2A = Transform::from_translation(point.into());
         let relative = entry.numbers::<7>("relpose")?;
         let given = relative.and_then(pose_of);
-        let X_12 = given.unwrap_or_else(|| first.X_WB.inverse() * second.X_WB);
-        let anchors = [first.anchor(X_12), second.anchor(Transform::identity())];
-        Ok(Ok(Constraint::weld(anchors)))
+        // A given pose is that of the anchor, as in `MuJoCo`.
+        let X_1A = given.unwrap_or_else(|| first.X_WB.inverse() * second.X_WB * X_2A);
+        let anchors = [first.anchor(X_1A), second.anchor(X_2A)];
+        Ok(Ok(made(anchors)))
     }
 
     fn joint(&self, part: &Part<'_, '_>, entry: &Entry<'_, '_>) -> Result<Found, LoadError> {

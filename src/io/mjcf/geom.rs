@@ -28,8 +28,6 @@ const SHOWN_GROUPS: f64 = 2.0;
 pub(super) enum Shape {
     Simple(Geometry),
     Mesh(MeshAsset),
-    /// Half axes, m.
-    Ellipsoid([f64; 3]),
     Plane,
     Heights(HeightAsset),
     /// An unsupported one, with the reason.
@@ -207,7 +205,9 @@ fn shape(
         Kind::Box => Shape::Simple(Geometry::Box {
             size: [positive(0)?, across()?, along(2)?].map_each(|half| 2.0 * half),
         }),
-        Kind::Ellipsoid => Shape::Ellipsoid([positive(0)?, across()?, along(2)?]),
+        Kind::Ellipsoid => Shape::Simple(Geometry::Ellipsoid {
+            size: [positive(0)?, across()?, along(2)?].map_each(|half| 2.0 * half),
+        }),
     })
 }
 
@@ -271,8 +271,6 @@ impl Geom {
             _ if self.material.is_nothing() => None,
             Shape::Simple(geometry) if is_shell => solids::shell(geometry),
             Shape::Simple(geometry) => solids::solid(geometry),
-            Shape::Ellipsoid(half) if is_shell => Some(solids::ellipsoid_shell(*half)),
-            Shape::Ellipsoid(half) => Some(solids::ellipsoid(*half)),
             Shape::Mesh(mesh) => return self.mesh_inertia(mesh),
             Shape::Plane | Shape::Heights(_) | Shape::None(_) => None,
         };

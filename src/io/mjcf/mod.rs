@@ -31,7 +31,9 @@ mod defaults;
 mod documents;
 mod entry;
 mod equality;
+mod equality_inertia;
 mod geom;
+mod ground;
 mod height_field;
 mod height_file;
 mod include;
@@ -49,7 +51,9 @@ mod sections;
 mod sensor;
 mod simulator;
 mod site;
+mod softness;
 mod solids;
+mod solver_parameters;
 mod springs;
 mod surfaces;
 mod tendon;
@@ -79,6 +83,7 @@ use documents::Source;
 use include::Files;
 use naming::Naming;
 use sections::Names;
+use softness::InverseInertias;
 use walk::{Part, Walk};
 
 pub use scene::{
@@ -218,6 +223,8 @@ fn scene(
         model: &model,
         q: q.as_slice(),
         names: &assembly.names,
+        inverses: InverseInertias::new(&model, q.as_slice(), &bodies),
+        time_step: settings.simulation.time_step,
         tendons: tendons.iter().map(|own| (own.name.as_str(), own)).collect(),
     };
     let constraints = beside.read("equality", context, |part, context| {

@@ -48,8 +48,7 @@ pub(super) fn read(
         }
     };
     if kind == "rangefinder" && sensor.is_some() {
-        let reason =
-            "sees geoms with contact and the ground, not geoms that are only shown and ellipsoids";
+        let reason = "sees geoms with contact and the ground, not geoms that are only shown";
         context.warn(&entry.node.place(), reason);
     }
     if kind == "touch" && sensor.is_some() {

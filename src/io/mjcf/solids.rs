@@ -34,26 +34,19 @@ pub(super) fn shell(shape: &Geometry) -> Option<Distribution> {
         Geometry::Box { size } => box_shell(size),
         Geometry::Cylinder { radius, length } => cylinder_shell(radius, length),
         Geometry::Capsule { radius, length } => capsule_shell(radius, length),
+        Geometry::Ellipsoid { size } => ellipsoid_shell(size.map_each(|x| 0.5 * x)),
         Geometry::Mesh { .. } => return None,
     })
 }
 
-/// The distribution of the mass of a solid ellipsoid with half axes a, b, c.
-pub(super) fn ellipsoid([a, b, c]: [f64; 3]) -> Distribution {
-    let [a2, b2, c2] = [a * a, b * b, c * c];
-    Distribution {
-        measure: 4.0 / 3.0 * PI * a * b * c,
-        moments: [b2 + c2, a2 + c2, a2 + b2].map_each(|x| x / 5.0),
-    }
-}
-
-/// The distribution of the mass of the shell of an ellipsoid, as the solid's changes where all half axes grow alike.
-pub(super) fn ellipsoid_shell([a, b, c]: [f64; 3]) -> Distribution {
+/// The distribution of the mass of the shell of an ellipsoid with half axes a, b, c, as the solid's changes where all half axes grow alike.
+fn ellipsoid_shell([a, b, c]: [f64; 3]) -> Distribution {
     let products = [a * b, a * c, b * c];
     let mean = products.map_each(|x| x.powf(THOMSEN)).iter().sum::<f64>() / 3.0;
     // J = V (b² + c²) / 5 with V = k a b c, so that dJ / dV = (b² + c²) / 5 + 2 (b + c) / 5 · V / V'.
     let growth = a * b * c / products.iter().sum::<f64>();
-    let solid = ellipsoid([a, b, c]).moments;
+    let [a2, b2, c2] = [a * a, b * b, c * c];
+    let solid = [b2 + c2, a2 + c2, a2 + b2].map_each(|x| x / 5.0);
     let grown = [b + c, a + c, a + b].map_each(|x| 2.0 / 5.0 * x * growth);
     Distribution {
         measure: 4.0 * PI * mean.powf(1.0 / THOMSEN),

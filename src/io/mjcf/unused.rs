@@ -125,10 +125,6 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
         (_, "solreffriction" | "solimpfriction") => "friction of joints is Coulomb's",
         ("joint", "margin") | ("tendon" | "fixed", "margin") => "limits act from the limit itself",
         ("joint", "actuatorgravcomp") => "gravity compensation does not count as an actuator force",
-        ("connect" | "weld" | "joint" | "tendon" | "equality", "solref" | "solimp") => {
-            "constraints are rigid: a spring or a time constant of the constraint makes it yield"
-        }
-        ("weld", "torquescale") => "constraints are rigid",
         ("geom", "fluidshape" | "fluidcoef") => "fluid forces are not modelled",
         ("geom", "fitscale") => "belongs to a shape that is not read",
         (

@@ -35,11 +35,13 @@ const fn children(once: &'static str) -> Known {
 }
 
 pub(super) static SHAPES: Shapes = Shapes {
-    shapes: [
+    names: known("", "", "box cylinder capsule sphere ellipsoid mesh"),
+    shapes: &[
         ("box", children("size")),
         ("cylinder", children("radius length")),
         ("capsule", children("radius length")),
         ("sphere", children("radius")),
+        ("ellipsoid", children("radii")),
         ("mesh", children("uri scale")),
     ],
     file: "uri",

@@ -36,7 +36,8 @@ pub(super) const MIMIC: Known = leaf("joint multiplier offset");
 
 /// The shapes with their attributes.
 pub(super) static SHAPES: Shapes = Shapes {
-    shapes: [
+    names: known("", "", "box cylinder capsule sphere mesh"),
+    shapes: &[
         ("box", leaf("size")),
         ("cylinder", leaf("radius length")),
         ("capsule", leaf("radius length")),

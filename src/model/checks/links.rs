@@ -63,7 +63,9 @@ pub(super) fn check_link(builder: &ModelBuilder, link: &LinkSpec) -> Result<(), 
 /// Numbers that the size of a shape is made of: lengths, or the scale of a mesh.
 fn lengths(geometry: &Geometry) -> Vec<f64> {
     match *geometry {
-        Geometry::Box { size: lengths } | Geometry::Mesh { scale: lengths, .. } => lengths.to_vec(),
+        Geometry::Box { size: lengths }
+        | Geometry::Ellipsoid { size: lengths }
+        | Geometry::Mesh { scale: lengths, .. } => lengths.to_vec(),
         Geometry::Sphere { radius } => vec![radius],
         Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
             vec![radius, length]

@@ -39,7 +39,9 @@ impl fmt::Display for Dimension {
 /// The sizes that a shape has, in the order of its fields.
 pub(super) fn dimensions_of(shape: &Geometry) -> &'static [Dimension] {
     match shape {
-        Geometry::Box { .. } | Geometry::Mesh { .. } => &[Dimension::X, Dimension::Y, Dimension::Z],
+        Geometry::Box { .. } | Geometry::Ellipsoid { .. } | Geometry::Mesh { .. } => {
+            &[Dimension::X, Dimension::Y, Dimension::Z]
+        }
         Geometry::Cylinder { .. } | Geometry::Capsule { .. } => {
             &[Dimension::Radius, Dimension::Length]
         }
@@ -50,7 +52,7 @@ pub(super) fn dimensions_of(shape: &Geometry) -> &'static [Dimension] {
 /// The sizes of a shape, in the order of [`dimensions_of`]; of a mesh that is mirrored, without the sign.
 pub(super) fn sizes_of(shape: &Geometry) -> Vec<f64> {
     match *shape {
-        Geometry::Box { size } => size.to_vec(),
+        Geometry::Box { size } | Geometry::Ellipsoid { size } => size.to_vec(),
         Geometry::Mesh { scale, .. } => scale.map_each(f64::abs).to_vec(),
         Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
             vec![radius, length]
@@ -63,7 +65,7 @@ pub(super) fn sizes_of(shape: &Geometry) -> Vec<f64> {
 pub(super) fn resized(shape: &Geometry, sizes: &[f64]) -> Geometry {
     let mut shape = shape.clone();
     match &mut shape {
-        Geometry::Box { size } => size.copy_from_slice(sizes),
+        Geometry::Box { size } | Geometry::Ellipsoid { size } => size.copy_from_slice(sizes),
         Geometry::Mesh { scale, .. } => {
             for (own, size) in scale.iter_mut().zip(sizes) {
                 *own = size.copysign(*own);
@@ -84,6 +86,7 @@ pub(super) fn noun(shape: &Geometry) -> &'static str {
         Geometry::Cylinder { .. } => "a cylinder",
         Geometry::Capsule { .. } => "a capsule",
         Geometry::Sphere { .. } => "a sphere",
+        Geometry::Ellipsoid { .. } => "an ellipsoid",
         Geometry::Mesh { .. } => "a mesh",
     }
 }

@@ -34,7 +34,7 @@ pub(super) fn rescale(link: &mut LinkSpec, scaled: &Scaled, stretch: &Stretch<f6
 fn stretched(shape: &Geometry, pose: &Transform<f64>, stretch: &Stretch<f64>) -> Geometry {
     let axis = |k: usize| Vector3::from(pose.rotation.column(k));
     let factors = match shape {
-        Geometry::Box { .. } | Geometry::Mesh { .. } => {
+        Geometry::Box { .. } | Geometry::Ellipsoid { .. } | Geometry::Mesh { .. } => {
             (0..3).map(|k| stretch.along(&axis(k))).collect()
         }
         Geometry::Cylinder { .. } | Geometry::Capsule { .. } => {

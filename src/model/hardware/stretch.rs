@@ -37,7 +37,7 @@ impl<T: Scalar> Stretch<T> {
     /// * `ratios` – ratio of each size to its original value, in the order of [`dimensions_of`](super::dimension::dimensions_of)
     pub(super) fn new(X_LG: Transform<f64>, shape: &Geometry, ratios: &[T]) -> Self {
         let (factors, capsule) = match *shape {
-            Geometry::Box { .. } | Geometry::Mesh { .. } => {
+            Geometry::Box { .. } | Geometry::Ellipsoid { .. } | Geometry::Mesh { .. } => {
                 ([ratios[0], ratios[1], ratios[2]], None)
             }
             Geometry::Cylinder { .. } => ([ratios[0], ratios[0], ratios[1]], None),
@@ -50,7 +50,9 @@ impl<T: Scalar> Stretch<T> {
             Geometry::Sphere { .. } => ([ratios[0]; 3], None),
         };
         let ball = match shape {
-            Geometry::Box { .. } | Geometry::Mesh { .. } => cube_root(product(&factors)),
+            Geometry::Box { .. } | Geometry::Ellipsoid { .. } | Geometry::Mesh { .. } => {
+                cube_root(product(&factors))
+            }
             _ => ratios[0],
         };
         Self {

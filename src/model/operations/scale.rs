@@ -76,7 +76,9 @@ fn scale_pose(pose: &mut Transform<f64>, length: f64) {
 
 fn scale_geometry(geometry: &mut Geometry, factor: f64) {
     match geometry {
-        Geometry::Box { size: lengths } | Geometry::Mesh { scale: lengths, .. } => {
+        Geometry::Box { size: lengths }
+        | Geometry::Ellipsoid { size: lengths }
+        | Geometry::Mesh { scale: lengths, .. } => {
             lengths.iter_mut().for_each(|length| *length *= factor);
         }
         Geometry::Sphere { radius } => *radius *= factor,

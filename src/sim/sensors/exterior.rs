@@ -76,7 +76,7 @@ fn each_constraint_force<P: Scalar, T: Over<P>>(
         let anchors = [first, second];
         let mounted = anchors.map_each(|anchor| anchor.mounted(at.model()));
         let bodies = mounted.map_each(|on| carrier(kinematics, on.body));
-        constraint.each_carried_row(&mounted, &bodies, |row| {
+        constraint.each_carried_row(&mounted, &bodies, at.dt().into(), |row| {
             let force = own.next().unwrap_or_else(T::zero);
             for (side, unit) in row.unit_forces.iter().enumerate() {
                 each(anchors[side].frame, mounted[side].body, unit.scaled(force));

@@ -27,6 +27,8 @@ pub(super) enum Solid {
     /// A box by half its edges.
     Box([f64; 3]),
     Sphere(f64),
+    /// An ellipsoid by its semi-axes.
+    Ellipsoid([f64; 3]),
     /// A cylinder about z, with half its length.
     Cylinder {
         radius: f64,
@@ -74,6 +76,7 @@ impl Solid {
         Ok(match geometry {
             Geometry::Box { size } => Self::Box(size.map_each(|x| 0.5 * x)),
             Geometry::Sphere { radius } => Self::Sphere(*radius),
+            Geometry::Ellipsoid { size } => Self::Ellipsoid(size.map_each(|x| 0.5 * x)),
             Geometry::Cylinder { radius, length } => Self::Cylinder {
                 radius: *radius,
                 half: 0.5 * length,
@@ -112,6 +115,7 @@ impl<T: Scalar> LocalRay<T> {
             Solid::Mesh { ref mesh, factors } => self.hit_mesh(mesh, factors),
             Solid::Box(half) => self.hit_box(half),
             Solid::Sphere(radius) => self.hit_sphere(0.0, radius, None),
+            Solid::Ellipsoid(semi_axes) => self.hit_ellipsoid(semi_axes),
             Solid::Cylinder { radius, half } => {
                 self.hit_side(radius, half);
                 self.hit_lids(radius, half);
@@ -170,6 +174,15 @@ impl<T: Scalar> LocalRay<T> {
             let beyond = |side: f64| (self.place(t.at).z + (-z)) * side;
             let inside = side.map_or(t.exists, |side| t.exists.min(beyond(side)));
             self.offer(t.at, inside);
+        }
+    }
+
+    /// An ellipsoid, which is a unit sphere in lengths by its semi-axes.
+    fn hit_ellipsoid(&mut self, semi_axes: [f64; 3]) {
+        let relative = |v: &Vector3<T>| Vector3::from_fn(|k, _| v[k] * (1.0 / semi_axes[k]));
+        let (o, d) = (relative(&self.origin), relative(&self.direction));
+        for t in roots(dot(&d, &d), dot(&o, &d), dot(&o, &o) - 1.0) {
+            self.offer(t.at, t.exists);
         }
     }
 

@@ -16,7 +16,7 @@ impl<T: Scalar> BilateralRow<T> {
     /// Force law of a row.
     ///
     /// A spring and damper has, over a step, the force of its end, from the row of joint limits; at an instant its force follows from the state, and the row
-    /// takes no part.
+    /// takes no part. A regularised row has the same law at an instant and over a step.
     ///
     /// * `after` – b⁺ over a step; `None` at an instant
     /// * `dt` – the step, s
@@ -32,6 +32,10 @@ impl<T: Scalar> BilateralRow<T> {
                     None => row.at_moment(time_constant, dt),
                 },
                 compliance: T::zero(),
+            },
+            Hold::Soft { pull, compliance } => Self {
+                rest: row.bias + pull,
+                compliance,
             },
             Hold::Spring { .. } if after.is_none() => Self {
                 rest: T::zero(),

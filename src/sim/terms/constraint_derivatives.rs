@@ -42,8 +42,10 @@ pub(crate) struct ConstraintDerivatives<T> {
 pub(super) struct Slots {
     /// Those of places of anchors, or coefficients of joints.
     pub(super) placed: Range<usize>,
-    /// Those of its kind and of how it is held.
+    /// Those of its kind and of its force law.
     pub(super) own: Range<usize>,
+    /// Those of its force law, the last of them.
+    pub(super) law: Range<usize>,
     /// The largest force, if there is one.
     pub(super) bound: Range<usize>,
 }
@@ -56,6 +58,7 @@ impl Slots {
         Self {
             placed: all.start..own,
             own: own..bound,
+            law: bound - constraint.law_numbers()..bound,
             bound: bound..all.end,
         }
     }
@@ -129,9 +132,10 @@ impl<T: Scalar> BilateralConstraint<'_, T> {
         bodies: &[CarrierMotion<OfBody<T>>; 2],
     ) -> CarriedRows<T> {
         let constraint = self.constraint.seeded(BIAS + 1);
+        let dt = Dual::from(self.at.point.dt());
         let mut rows = [None; SPATIAL];
         let mut next = rows.iter_mut();
-        constraint.each_carried_row(mounted, bodies, |mut row| {
+        constraint.each_carried_row(mounted, bodies, dt, |mut row| {
             row.row.bias.eps[BIAS] = T::one();
             if let Some(own) = next.next() {
                 *own = Some(row);
@@ -169,9 +173,10 @@ impl<T: Scalar> BilateralConstraint<'_, T> {
         self.constraint.spring().is_some() && has_springs(self.at.point)
     }
 
-    /// Whether it has rows: of a spring over a step, without a part at the velocity after it.
+    /// Whether it has rows: of a spring or a regularised constraint, without a part at the velocity after a step.
     fn has_rows(&self) -> bool {
-        !self.is_spring_force()
+        let is_soft = self.constraint.regularisation().is_some();
+        !(self.is_spring_force() || is_soft && self.is_ahead())
     }
 
     /// Whether the part of y at the velocity after a step is requested: rows that couple joints have none.
@@ -269,7 +274,7 @@ where
     match row.hold {
         Hold::Rigid { .. } => held.rest,
         _ if !held.takes_part() => zero,
-        Hold::Spring { .. } => held.rest + held.compliance.each(|x| x * force),
+        Hold::Spring { .. } | Hold::Soft { .. } => held.rest + held.compliance.each(|x| x * force),
     }
 }
 

@@ -114,7 +114,7 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Constraints<T> {
         let constraints = at.simulator.constraints();
         if !constraints.is_empty() {
             let rows = &mut self.rows;
-            rows.evaluate(at.model(), constraints, at.q(), at.v());
+            rows.evaluate(at.model(), constraints, at.q(), at.v(), at.dt().into());
             if has_springs(at) {
                 self.add_springs(&mut forces.tau);
             }

@@ -43,6 +43,7 @@ mod list;
 mod local;
 mod numbers;
 mod place;
+mod regularisation_derivatives;
 mod sink;
 mod tendon_servos;
 mod term;

@@ -7,15 +7,21 @@ use super::constraint_derivatives::BilateralConstraint;
 use super::local::{OfCoordinate, POSITION, RATE};
 use super::numbers::Numbers;
 use super::sink::Sink;
-use crate::constraint::{ConstraintKind, ConstraintRow, Hold, JointMotion, TiedJoint};
+use crate::constraint::{Constraint, ConstraintKind, ConstraintRow, Hold, JointMotion, TiedJoint};
 use crate::scalar::{Dual, Scalar};
 
 /// Directions of the parameters of the force law, after those of error and rate: time constant, or stiffness and damping.
 const HOLD: usize = 2;
 
-/// A row over error, rate and the parameters of its force law.
-fn seeded<T: Scalar>(row: &ConstraintRow<T>) -> ConstraintRow<OfCoordinate<T>> {
+/// A row over error, rate and the parameters of its force law, except a regularised one.
+fn seeded<T: Scalar>(
+    constraint: &Constraint,
+    row: &ConstraintRow<T>,
+    dt: f64,
+) -> ConstraintRow<OfCoordinate<T>> {
     let number = |x, k| OfCoordinate::variable(x, HOLD + k);
+    let error = OfCoordinate::variable(row.error, POSITION);
+    let rate = OfCoordinate::variable(row.rate, RATE);
     let hold = match row.hold {
         Hold::Rigid { time_constant } => Hold::Rigid {
             time_constant: number(time_constant, 0),
@@ -24,10 +30,17 @@ fn seeded<T: Scalar>(row: &ConstraintRow<T>) -> ConstraintRow<OfCoordinate<T>> {
             stiffness: number(stiffness, 0),
             damping: number(damping, 1),
         },
+        soft @ Hold::Soft { .. } => match constraint.regularisation() {
+            Some(own) => {
+                let squares = [error * error, Dual::from(0.0)];
+                own.gains(squares, Dual::from(dt)).hold(error, rate, false)
+            }
+            None => soft.map(Dual::constant_of),
+        },
     };
     ConstraintRow {
-        error: OfCoordinate::variable(row.error, POSITION),
-        rate: OfCoordinate::variable(row.rate, RATE),
+        error,
+        rate,
         bias: Dual::constant_of(row.bias),
         turning: Dual::constant_of(row.turning),
         hold,
@@ -57,7 +70,7 @@ impl<T: Scalar> BilateralConstraint<'_, T> {
         let Some(row) = self.tied_row(rows) else {
             return;
         };
-        let row = seeded(row);
+        let row = seeded(self.constraint, row, self.at.point.dt());
         if self.is_ahead() {
             return;
         }
@@ -96,7 +109,7 @@ impl<T: Scalar> BilateralConstraint<'_, T> {
         let Some(row) = self.tied_row(rows) else {
             return;
         };
-        let row = seeded(row);
+        let row = seeded(self.constraint, row, self.at.point.dt());
         let (sum, slopes) = self.weighted(&row, out);
         let length = -slopes.position;
         self.add_coefficients(&slopes, seen, out);

@@ -17,6 +17,7 @@ impl<T: Scalar> BilateralConstraint<'_, T> {
     /// Adds the derivatives in its largest force, and of a spring between anchors at an instant those in all its own numbers.
     pub(super) fn emit_own_numbers(&self, rows: &[ConstraintRow<T>], out: &mut Numbers<'_, T>) {
         let rows = &rows[self.first_row..][..self.constraint.rows()];
+        self.emit_regularisation(rows, out);
         if self.is_spring_force() {
             let slopes = self.spring_slopes(rows, out);
             let [stiffness, damping, bound, length] = SPRING.map_each(|k| slopes.eps[k]);
@@ -77,6 +78,7 @@ fn over_spring<T: Scalar>(row: &ConstraintRow<T>) -> ConstraintRow<OfCoordinate<
             stiffness: seeded(k, stiffness),
             damping: seeded(d, damping),
         },
+        soft @ Hold::Soft { .. } => soft.map(Dual::constant_of),
     };
     ConstraintRow {
         error,

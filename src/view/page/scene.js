@@ -13,7 +13,7 @@ const TRACES = [[0.91, 0.30, 0.24, 1], [0.16, 0.55, 0.85, 1], [0.20, 0.65, 0.40,
 /** Half the diagonal of a piece: everything of it is within. */
 const reach = ({ shape, size }) => {
   if (shape === "box") return norm(size) / 2;
-  if (shape === "sphere") return size[0];
+  if (shape === "sphere") return Math.max(...size);
   if (shape === "cylinder") return Math.hypot(size[0], size[2] / 2);
   if (shape === "capsule") return size[0] + size[2] / 2;
   return norm(size);

@@ -26,7 +26,7 @@ pub(super) fn triangles(piece: &Piece, meshes: &[Mesh]) -> Vec<Corner> {
     match (piece.shape, piece.mesh) {
         (Solid::Mesh, Some(i)) => mesh(&meshes[i], &size),
         (Solid::Box | Solid::Mesh, _) => cuboid(&size),
-        (Solid::Sphere, _) => ball(size.x, 0.0),
+        (Solid::Sphere, _) => ellipsoid(&size),
         (Solid::Capsule, _) => ball(size.x, size.z),
         (Solid::Cylinder, _) => cylinder(size.x, size.z),
     }
@@ -107,6 +107,15 @@ fn cuboid(size: &Vector3<f64>) -> Vec<Corner> {
 }
 
 /// A ball whose halves are this far apart along z: a capsule.
+fn ellipsoid(semi_axes: &Vector3<f64>) -> Vec<Corner> {
+    let mut out = ball(1.0, 0.0);
+    for corner in &mut out {
+        corner.position.component_mul_assign(semi_axes);
+        corner.normal = corner.normal.component_div(semi_axes).normalize();
+    }
+    out
+}
+
 fn ball(radius: f64, length: f64) -> Vec<Corner> {
     let at = |i: usize, j: usize, shift: f64| {
         let (down, around) = (PI * i as f64 / ALONG as f64, TAU * j as f64 / AROUND as f64);

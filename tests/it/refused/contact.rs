@@ -56,22 +56,22 @@ const RELAXED: [Senseless<RelaxedRigid>; 9] = [
         values: &[0.0, -1.0, NAN, INFINITY],
     },
     Senseless {
-        said: "the time constant of regularised rigid contact is {}",
+        said: "the time constant of a reference acceleration is {}",
         set: |law, x| law.reference = oscillator(x, 1.0),
         values: &[0.0],
     },
     Senseless {
-        said: "the damping ratio of regularised rigid contact is {}",
+        said: "the damping ratio of a reference acceleration is {}",
         set: |law, x| law.reference = oscillator(0.02, x),
         values: &[NAN],
     },
     Senseless {
-        said: "the stiffness of regularised rigid contact is {}",
+        said: "the stiffness of a reference acceleration is {}",
         set: |law, x| law.reference = direct(x, 1.0),
         values: &[-1.0],
     },
     Senseless {
-        said: "the damping of regularised rigid contact is {}",
+        said: "the damping of a reference acceleration is {}",
         set: |law, x| law.reference = direct(1.0, x),
         values: &[INFINITY],
     },

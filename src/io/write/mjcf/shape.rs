@@ -67,6 +67,7 @@ impl Writer<'_> {
 fn half_lengths(geometry: &Geometry) -> (&'static str, Vec<f64>) {
     match geometry {
         Geometry::Box { size } => ("box", size.map_each(|length| length / 2.0).to_vec()),
+        Geometry::Ellipsoid { size } => ("ellipsoid", size.map_each(|x| x / 2.0).to_vec()),
         Geometry::Sphere { radius } => ("sphere", vec![*radius]),
         Geometry::Cylinder { radius, length } => ("cylinder", vec![*radius, length / 2.0]),
         Geometry::Capsule { radius, length } => ("capsule", vec![*radius, length / 2.0]),

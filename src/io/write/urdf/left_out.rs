@@ -1,7 +1,7 @@
 //! Notes on the properties that a URDF has no place for.
 
 use crate::io::xml::numbers;
-use crate::model::{DEFAULT_GRAVITY, JointSpec, Mimicry, ModelBuilder};
+use crate::model::{DEFAULT_GRAVITY, Geometry, JointSpec, LinkSpec, Mimicry, ModelBuilder};
 
 /// Lists the properties that the file leaves out; `hidden` is a world link that is not the parent of the robot.
 pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String> {
@@ -18,10 +18,26 @@ pub(super) fn notes(builder: &ModelBuilder, hidden: Option<&str>) -> Vec<String>
     if builder.has_override(None) {
         notes.push("left out: damping and armature of the floating base".into());
     }
+    notes.extend(builder.links.iter().filter_map(of_link));
     for joint in &builder.joints {
         of_joint(builder, joint, &mut notes);
     }
     notes
+}
+
+/// The shapes of a link that the format does not have.
+fn of_link(link: &LinkSpec) -> Option<String> {
+    let visuals = link.visuals.iter().map(|own| &own.geometry);
+    let all = visuals.chain(link.collisions.iter().map(|own| &own.geometry));
+    let count = all
+        .filter(|shape| matches!(shape, Geometry::Ellipsoid { .. }))
+        .count();
+    let name = &link.name;
+    (count > 0).then(|| {
+        format!(
+            "left out: {count} ellipsoids of link {name}, a shape that the format does not have"
+        )
+    })
 }
 
 fn of_joint(builder: &ModelBuilder, joint: &JointSpec, notes: &mut Vec<String>) {

@@ -161,7 +161,8 @@ impl Writer {
         if link.inertia != Inertia::zero() {
             self.inertial(&about_com);
         }
-        for visual in &link.visuals {
+        let is_known = |shape: &Geometry| !matches!(shape, Geometry::Ellipsoid { .. });
+        for visual in link.visuals.iter().filter(|own| is_known(&own.geometry)) {
             let name = visual.name.as_deref().map(|name| ("name", name));
             self.xml.start("visual", name.as_slice());
             self.shape(&visual.placement, &visual.geometry);
@@ -170,7 +171,7 @@ impl Writer {
             }
             self.xml.end();
         }
-        for collision in &link.collisions {
+        for collision in (link.collisions.iter()).filter(|own| is_known(&own.geometry)) {
             let name = collision.name.as_deref().map(|name| ("name", name));
             self.xml.start("collision", name.as_slice());
             self.shape(&collision.placement, &collision.geometry);
@@ -207,6 +208,8 @@ impl Writer {
             Geometry::Sphere { radius } => self.xml.leaf("sphere", &[("radius", &number(*radius))]),
             Geometry::Cylinder { radius, length } => self.round("cylinder", *radius, *length),
             Geometry::Capsule { radius, length } => self.round("capsule", *radius, *length),
+            // Links leave it out.
+            Geometry::Ellipsoid { .. } => {}
             Geometry::Mesh { uri, scale, .. } => {
                 self.xml
                     .leaf("mesh", &[("filename", uri), ("scale", &numbers(scale))]);

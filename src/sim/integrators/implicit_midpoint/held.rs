@@ -47,7 +47,9 @@ impl<T: Scalar> Held<T> {
     {
         let (q, v) = (state.q.as_slice(), state.v.as_slice());
         let constraints = simulator.constraints();
-        self.start.evaluate(simulator.model(), constraints, q, v);
+        let dt = T::from(simulator.time_step());
+        self.start
+            .evaluate(simulator.model(), constraints, q, v, dt);
         self.impulses[0].fill(T::zero());
     }
 
@@ -57,7 +59,8 @@ impl<T: Scalar> Held<T> {
         T: Over<P>,
     {
         let constraints = simulator.constraints();
-        self.end.evaluate(simulator.model(), constraints, q, v);
+        let dt = T::from(simulator.time_step());
+        self.end.evaluate(simulator.model(), constraints, q, v, dt);
         let errors = self.errors.iter_mut().zip(&self.end.rows);
         errors.for_each(|(out, row)| *out = row.error);
     }

@@ -1,10 +1,10 @@
-//! Reference acceleration of regularised rigid contact.
+//! Reference acceleration of regularised rows: of contacts and of constraints.
 
 use super::impedance::Impedance;
 use crate::numbers::numbers;
 use crate::scalar::{Over, Scalar};
 
-/// Coefficients b and k of the reference acceleration, which returns a point to the surface.
+/// Coefficients b and k of the reference acceleration, which returns a point to the surface, or the error of a constraint to zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Reference<P = f64> {
     /// As a damped oscillator, for any impedance: b = 2 / (`d_max` T), k = 1 / (`d_max` T ζ)².
@@ -25,12 +25,12 @@ pub enum Reference<P = f64> {
 
 numbers! { pub enum Reference {
     TimeConstant {
-        time_constant: Positive("time constant", "time constant of regularised rigid contact"),
-        damping_ratio: Positive("damping ratio", "damping ratio of regularised rigid contact"),
+        time_constant: Positive("time constant", "time constant of a reference acceleration"),
+        damping_ratio: Positive("damping ratio", "damping ratio of a reference acceleration"),
     },
     Direct {
-        stiffness: NotNegative("stiffness", "stiffness of regularised rigid contact"),
-        damping: NotNegative("damping", "damping of regularised rigid contact"),
+        stiffness: NotNegative("stiffness", "stiffness of a reference acceleration"),
+        damping: NotNegative("damping", "damping of a reference acceleration"),
     },
 } }
 
@@ -40,7 +40,7 @@ const LEAST_STEPS: f64 = 1.9;
 
 impl<P: Scalar> Reference<P> {
     /// That of two surfaces: the mean of two time constants and damping ratios, the larger stiffness and damping, and these against a time constant.
-    pub(super) fn between(&self, other: &Self) -> Self {
+    pub(crate) fn between(&self, other: &Self) -> Self {
         match (*self, *other) {
             (
                 Self::TimeConstant {
@@ -70,7 +70,7 @@ impl<P: Scalar> Reference<P> {
     }
 
     /// b and k over a step of Δt.
-    pub(super) fn gains<T: Over<P>>(&self, impedance: &Impedance<P>, dt: T) -> (T, T) {
+    pub(crate) fn gains<T: Over<P>>(&self, impedance: &Impedance<P>, dt: T) -> (T, T) {
         let d = impedance.largest;
         match *self {
             Self::TimeConstant {

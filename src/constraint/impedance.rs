@@ -1,9 +1,9 @@
-//! Impedance of regularised rigid contact as a function of the depth: how strictly the constraint holds.
+//! Impedance of regularised rows as a function of the error, of contacts the depth: how strictly the row holds.
 
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::{MapEach, Over, Scalar};
 
-/// The impedance d as a function of the depth: from `least` at the surface to `largest` at `width`, along a sigmoid. In `MuJoCo` these are the
+/// The impedance d as a function of the depth, or of the error of a constraint: from `least` at the surface to `largest` at `width`, along a sigmoid. In `MuJoCo` these are the
 /// entries of `solimp` in this order: `least`, `largest`, `width`, midpoint and power of the sigmoid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impedance<P = f64> {
@@ -85,7 +85,7 @@ impl<P> Default for Sigmoid<P> {
 
 impl<P: Scalar> Impedance<P> {
     /// That of two surfaces: the means of all parameters.
-    pub(super) fn between(&self, other: &Self) -> Self {
+    pub(crate) fn between(&self, other: &Self) -> Self {
         let mean = |a: P, b: P| (a + b) * 0.5;
         let curves = [&self.sigmoid, &other.sigmoid];
         let has_default = curves.iter().all(|own| own.shape.is_none());

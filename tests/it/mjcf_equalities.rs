@@ -1,0 +1,115 @@
+//! Equalities as regularised constraints against `MuJoCo` in the same text, `tests/mjcf/equalities.xml`.
+
+use dualbody::constraint::{ConstraintKind, Impedance, Reference};
+use dualbody::io::{ImportReport, MjcfScene};
+use dualbody::{ModelOptions, Simulator};
+use nalgebra::DVector;
+
+use crate::common::OTHER_ALGORITHM;
+use crate::mjcf::{file, find, golden};
+
+fn text(xml: &str) -> (MjcfScene, ImportReport) {
+    let loaded = ModelOptions::default().load_mjcf_scene_str(xml);
+    loaded.unwrap_or_else(|error| panic!("{error}"))
+}
+
+// Of bodies and sites, far from closed; both forms of solref; joints, and tendons alone and in pairs. The rows exceed the coordinates.
+#[test]
+fn accelerations_equal_those_of_mujoco() {
+    let scene = file("equalities");
+    assert_eq!(scene.constraints.len(), 10);
+    let simulator = Simulator::new(scene.model.clone())
+        .with_time_step(scene.options.time_step)
+        .with_constraints(scene.constraints.clone());
+    for (k, records) in golden("equalities").iter().enumerate() {
+        let [q, v, tau, expected] = ["q", "v", "tau", "acceleration"].map(|key| find(records, key));
+        let a = simulator.acceleration(&simulator.state(q, v), tau);
+        let expected = DVector::from_column_slice(expected);
+        let error = (a - &expected).amax() / expected.amax();
+        assert!(error < OTHER_ALGORITHM, "state {k}: {error:e}");
+    }
+}
+
+/// Two sliders that a joint equality ties.
+fn tied(equality: &str) -> (MjcfScene, ImportReport) {
+    text(&format!(
+        "<mujoco><worldbody><body><joint name='a' type='slide'/><geom size='0.1' mass='2'/></body>
+         <body><joint name='b' type='slide'/><geom size='0.1' mass='4'/></body></worldbody>
+         <equality><joint joint1='a' joint2='b' {equality}/></equality></mujoco>"
+    ))
+}
+
+// w = ½ + ¼; a step of 2 ms raises a time constant to 4 ms, and a mixed solref is the default.
+#[test]
+fn solver_parameters_are_read_within_their_bounds() {
+    let time = |time_constant, damping_ratio| Reference::TimeConstant {
+        time_constant,
+        damping_ratio,
+    };
+    let direct = Reference::Direct {
+        stiffness: 100.0,
+        damping: 5.0,
+    };
+    for (solref, expected) in [
+        ("", time(0.02, 1.0)),
+        ("solref='0.1 0.5'", time(0.1, 0.5)),
+        ("solref='0.001 1'", time(0.004, 1.0)),
+        ("solref='-100 -5'", direct),
+        ("solref='0.1 -5'", time(0.02, 1.0)),
+    ] {
+        let (scene, report) = tied(solref);
+        assert!(report.ignored.is_empty(), "{report}");
+        let soft = scene.constraints[0].regularisation().expect("soft");
+        assert_eq!(soft.reference, expected, "{solref}");
+        assert!((soft.inverse_mass - 0.75).abs() < 1e-12);
+    }
+    let (scene, _) = tied("solimp='0 2 0.3 0.4 3'");
+    let soft = scene.constraints[0].regularisation().expect("soft");
+    let Impedance {
+        least,
+        largest,
+        width,
+        sigmoid,
+    } = soft.impedance;
+    assert_eq!((least, largest, width), (1e-4, 0.9999, 0.3));
+    assert_eq!((sigmoid.midpoint(), sigmoid.power()), (0.4, 3.0));
+    // Without width it is the mean.
+    let (scene, _) = tied("solimp='0.5 0.7 0'");
+    let flat = scene.constraints[0]
+        .regularisation()
+        .expect("soft")
+        .impedance;
+    assert!((flat.at(1.0) - 0.6_f64).abs() < 1e-12 && (flat.at(0.0) - 0.6_f64).abs() < 1e-12);
+}
+
+// A carried box that is also stuck to the wall: no motion obeys both.
+#[test]
+fn contradictory_equalities_share_the_load() {
+    let (scene, report) = text(
+        "<mujoco><worldbody><body name='hand' mocap='true' pos='0.2 0 1'/>
+         <body name='box' pos='0 0 1'><freejoint name='f'/><geom size='0.1' mass='1'/></body></worldbody>
+         <equality><weld body1='hand' body2='box' relpose='0 0 0 1 0 0 0'/><weld body1='world' body2='box' relpose='0 0 1 1 0 0 0'/></equality></mujoco>",
+    );
+    assert!(report.ignored.len() <= 1, "{report}");
+    let simulator = scene.simulator();
+    let end = simulator
+        .rollout(&scene.reference, 1000, |_, _, _| {})
+        .last()
+        .clone();
+    // In the middle, and a little below.
+    assert!((end.q[0] - 0.1).abs() < 1e-6, "{}", end.q);
+    assert!(end.q[2] < 1.0 && end.q[2] > 0.999, "{}", end.q);
+    assert!(end.v.amax() < 1e-6, "{}", end.v);
+}
+
+#[test]
+fn weld_without_torque_scale_is_a_ball_joint() {
+    let (scene, _) = text(
+        "<mujoco><worldbody><body name='box' pos='0 0 1'><freejoint name='f'/><geom size='0.1' mass='1'/></body></worldbody>
+         <equality><weld body1='box' torquescale='0'/></equality></mujoco>",
+    );
+    assert!(matches!(
+        scene.constraints[0].kind(),
+        ConstraintKind::Ball(_)
+    ));
+}
