@@ -19,6 +19,7 @@
 mod arrays;
 mod calls;
 mod codegen;
+mod compiler;
 mod contact;
 mod control;
 #[cfg(feature = "cuda")]

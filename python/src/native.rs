@@ -1,34 +1,11 @@
-//! Graphs as generated C that is compiled and loaded, and its compiler; simulators likewise: `simulator/native.rs`.
+//! Graphs as generated C that is compiled and loaded; simulators likewise: `simulator/native.rs`.
 
-use std::path::PathBuf;
-
-use dualbody_native::{Compiler, NativeFunction};
+use dualbody_native::NativeFunction;
 
 use crate::codegen::{PyGraph, each_row};
+use crate::compiler::compiler_of;
 use crate::prelude::*;
 use crate::threads::stopped;
-
-/// A compiler from its description in Python; the default one if there is none.
-pub(crate) fn compiler_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Compiler> {
-    let Some(given) = given else {
-        return Ok(Compiler::default());
-    };
-    let command: Option<String> = attribute(given, "command")?;
-    let flags: Option<Vec<String>> = attribute(given, "flags")?;
-    let cache: Option<PathBuf> = attribute(given, "cache")?;
-    let mut compiler = match command {
-        Some(command) => guarded(|| Compiler::new(&command))?,
-        None => Compiler::default(),
-    };
-    if let Some(flags) = flags {
-        let flags: Vec<&str> = flags.iter().map(String::as_str).collect();
-        compiler = compiler.with_flags(&flags);
-    }
-    Ok(match cache {
-        Some(cache) => compiler.with_cache(cache),
-        None => compiler,
-    })
-}
 
 /// A graph as a function that the system's C compiler has compiled.
 #[pyclass(frozen, name = "NativeFunction", module = "dualbody.native")]

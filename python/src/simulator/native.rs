@@ -8,8 +8,8 @@ use super::memory::StepMemory;
 use super::rollout::Asked;
 use super::single::Control;
 use super::step::{diverged, write_row};
+use crate::compiler::compiler_of;
 use crate::model::next_id;
-use crate::native::compiler_of;
 use crate::prelude::*;
 use crate::threads::stopped;
 
