@@ -457,7 +457,8 @@ fn files_with_contact_and_the_method_of_runge_and_kutta_are_simulated_by_semi_im
     let [free, touching] = [of(""), of("<geom type='plane' size='1 1 1'/>")];
     assert_eq!(free.integrator(), Integrator::RungeKutta4);
     assert_eq!(touching.integrator(), Integrator::SemiImplicitEuler);
-    touching.step(&touching.neutral_state(), &[]);
+    let start: State = touching.neutral_state();
+    touching.step(&start, &[]);
 }
 
 #[test]
