@@ -369,11 +369,37 @@ fn held_quadruped_stands_and_a_loose_one_does_not() {
     assert!(height(&[]) < 0.6);
 }
 
+// Files of walkers ask for this method.
+#[test]
+fn method_of_runge_and_kutta_simulates_regularised_contact() {
+    let arguments = [
+        "simulate",
+        QUADRUPED,
+        "--integrator",
+        "runge-kutta4",
+        "--duration",
+        "0.01",
+    ];
+    let run = run(&arguments);
+    assert_eq!(status(&run), 0, "{}", error(&run));
+}
+
 #[test]
 fn options_that_do_not_fit_are_named() {
     for (arguments, words) in [
         (
-            &["simulate", QUADRUPED, "--integrator", "runge-kutta4"][..],
+            &["simulate", QUADRUPED, "--integrator", "implicit-midpoint"][..],
+            "contact",
+        ),
+        (
+            &[
+                "simulate",
+                QUADRUPED,
+                "--integrator",
+                "runge-kutta4",
+                "--law",
+                "rigid",
+            ],
             "contact",
         ),
         (&["simulate", CARTPOLE, "--start", "nobody=1"], "nobody"),

@@ -176,12 +176,14 @@ impl Setup {
             None if self.law == Some(LawWord::Soft) => Integrator::ImplicitVelocity,
             None => simulator.integrator(),
         };
-        if !matches!(
-            integrator,
-            Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity
-        ) && self.has_ground(loaded, &simulator)
-        {
-            return Err(format!("Integrator::{integrator:?} does not simulate contact: choose another, or --terrain none").into());
+        let refuses = match integrator {
+            Integrator::ImplicitMidpoint => self.has_ground(loaded, &simulator),
+            // Bounces are those of whole steps.
+            Integrator::RungeKutta4 => self.law == Some(LawWord::Rigid),
+            Integrator::SemiImplicitEuler | Integrator::ImplicitVelocity => false,
+        };
+        if refuses {
+            return Err(format!("Integrator::{integrator:?} does not simulate this contact: choose another, or --terrain none").into());
         }
         let time_step = self.time_step.unwrap_or(simulator.time_step());
         Ok(simulator

@@ -411,7 +411,9 @@ fn lanes_of_closed_loops_are_steps_one_by_one() {
 }
 
 #[test]
-#[should_panic(expected = "constraints that are springs or have a largest force, which the")]
+#[should_panic(
+    expected = "constraints that are springs, regularised or have a largest force, which the"
+)]
 fn constraints_that_give_way_are_refused() {
     let (crank, _) = turning_crank();
     let soft = crank.constraints()[0].clone().with_spring(1e3, 1.0);

@@ -451,17 +451,6 @@ fn a_ball_comes_to_rest_on_the_ground_of_the_file() {
 }
 
 #[test]
-fn files_with_contact_and_the_method_of_runge_and_kutta_are_simulated_by_semi_implicit_euler() {
-    let ball = "<mujoco><option integrator='RK4'/><worldbody>GROUND<body><freejoint/><geom size='0.1'/></body></worldbody></mujoco>";
-    let of = |ground| Simulator::from_mjcf_str(&ball.replace("GROUND", ground)).expect("a ball");
-    let [free, touching] = [of(""), of("<geom type='plane' size='1 1 1'/>")];
-    assert_eq!(free.integrator(), Integrator::RungeKutta4);
-    assert_eq!(touching.integrator(), Integrator::SemiImplicitEuler);
-    let start: State = touching.neutral_state();
-    touching.step(&start, &[]);
-}
-
-#[test]
 fn sites_with_the_name_of_a_body_get_another_one_with_a_warning() {
     let (scene, report) = text(
         "<mujoco><worldbody><body name='a'><joint name='a'/><geom size='0.1'/><site name='a' pos='1 0 0'/><site name='tip'/></body></worldbody></mujoco>",

@@ -12,8 +12,7 @@ use crate::io::ModelOptions;
 use crate::model::Model;
 use crate::scalar::MapEach;
 use crate::sim::{
-    Activation, Actuation, Actuator, FrameActuator, Integrator, Interval, Servo, Simulator,
-    TendonServo,
+    Activation, Actuation, Actuator, FrameActuator, Interval, Servo, Simulator, TendonServo,
 };
 use crate::spatial::{Force, Representation};
 
@@ -24,7 +23,6 @@ impl MjcfScene {
     ///
     /// | MJCF | simulator |
     /// |---|---|
-    /// | `integrator` | the nearest one; for Runge and Kutta's method with contact semi-implicit Euler, since contact acts over a whole step |
     /// | joint limits, friction losses | [`Actuation::from_model`] |
     /// | actuators of joints | [`Servo`]s, which Euler steps evaluate at their end |
     /// | actuators of fixed tendons, additional ones of a joint | [`TendonServo`]s |
@@ -62,15 +60,10 @@ impl MjcfScene {
         let model = &self.model;
         let drives = self.drives();
         let joints: Vec<&str> = drives.iter().map(|drive| drive.joint).collect();
-        let contacts = self.touching();
-        let integrator = match self.options.integrator {
-            Integrator::RungeKutta4 if contacts.is_some() => Integrator::SemiImplicitEuler,
-            own => own,
-        };
         let simulator = Simulator::new(model.clone())
             .with_time_step(self.options.time_step)
             .with_sleeping(self.options.sleeping)
-            .with_integrator(integrator)
+            .with_integrator(self.options.integrator)
             .with_actuation(actuation(model, &drives));
         let mut simulator = match simulator.clone().with_actuated_joints(&joints) {
             Ok(simulator) => simulator,
@@ -95,7 +88,7 @@ impl MjcfScene {
         if !self.constraints.is_empty() {
             simulator = simulator.with_constraints(self.constraints.clone());
         }
-        match contacts {
+        match self.touching() {
             Some(contacts) => simulator.with_contacts(contacts),
             None => simulator,
         }
