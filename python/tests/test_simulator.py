@@ -314,7 +314,7 @@ def test_progress_counts_the_steps(pole: db.Simulator) -> None:
         (lambda s: s.replace(constraints=[Coupler(("linear", "wheel"), 1.0)]), KeyError, "wheel"),
         (lambda s: s.replace(constraints=[Tendon({"wheel": 1.0})]), KeyError, "wheel"),
         (lambda s: s.replace(constraints=[Tendon({"linear": 1.0}, largest_force=-1.0)]), ValueError, "largest force of -1"),
-        (lambda s: s.replace(constraints=[Tendon({"linear": 1.0}, 0.0, 0.1, (1.0, 1.0))]), ValueError, "not both"),
+        (lambda s: s.replace(constraints=[Tendon({"linear": 1.0}, 0.0, 0.1, (1.0, 1.0))]), ValueError, "not several"),
         (lambda s: s.replace(external_forces=[ExternalForce(Anchor("hand"), [0] * 6)]), KeyError, "hand"),
         (lambda s: db.Lqr.discrete(np.eye(2), np.eye(3), np.eye(2), np.eye(3)), ValueError, "^b has the shape"),
         (lambda s: db.Lqr.discrete(np.eye(2), np.ones((2, 1)), np.eye(2), [1]), ValueError, "^r has the shape"),
