@@ -290,7 +290,7 @@ mod tests {
         let model = Model::from_urdf_file(path).expect("an asset");
         let (nv, q) = (model.nv(), model.neutral());
         let mass = mass_matrix(&model, q.as_slice());
-        let wide = mass.map(|x| Lanes::<2>::constant(x));
+        let wide = mass.map(Lanes::<2>::constant);
         let factor = MassMatrixFactor::new(&model, &wide);
         let supports: [&[usize]; 3] = [&[0, 1, 2, 3, 4, 5, 9, 10, 11], &[7], &[4, 8, 17]];
         let (mut rows, mut jacobian) = (LaneRows::new(nv, 5), DMatrix::zeros(6, nv));
