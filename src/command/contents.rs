@@ -1,4 +1,4 @@
-//! What a file has beside its robot: actuators, sensors, keyframes, equalities, contact.
+//! The actuators, sensors, keyframes, equalities and contact shapes of a file.
 
 use std::fmt::Write;
 

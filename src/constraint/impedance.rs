@@ -3,8 +3,8 @@
 use crate::numbers::{Numbers, numbers};
 use crate::scalar::{MapEach, Over, Scalar};
 
-/// The impedance d as a function of the depth, or of the error of a constraint: from `least` at the surface to `largest` at `width`, along a sigmoid. In `MuJoCo` these are the
-/// entries of `solimp` in this order: `least`, `largest`, `width`, midpoint and power of the sigmoid.
+/// The impedance d as a function of the depth, or of the error of a constraint: from `least` at zero to `largest` at `width`, along a sigmoid. In
+/// `MuJoCo` these are the entries of `solimp` in this order: `least`, `largest`, `width`, midpoint and power of the sigmoid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impedance<P = f64> {
     /// d at the surface, in (0, 1).

@@ -118,7 +118,8 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
             || !self.is_explicit() && self.simulator.has_following_servos()
     }
 
-    /// Whether there are no rows where nothing touches. Bristles relax where nothing touches; forces of the middle of each step have memory with rows alone.
+    /// Whether a state in which nothing touches has no rows. Not with bristles, which relax there by rows, nor with forces in the middle of every step,
+    /// whose memory needs rows.
     pub(crate) fn may_lose_rows(&self) -> bool {
         let contacts = self.solved_contacts();
         contacts.is_some_and(|contacts| !contacts.have_bristles())

@@ -41,7 +41,7 @@ impl<T: Scalar> ForceSolver<T> {
         }
     }
 
-    /// Forgets the last solution: there are no rows now.
+    /// Drops the last solution, for a state without rows.
     pub(super) fn clear(&mut self) {
         self.last = Solved::Nothing;
     }

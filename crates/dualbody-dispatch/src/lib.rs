@@ -8,7 +8,7 @@
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// What [`level`] found: 0 before it was asked, then 1 for neither, 2 for AVX2, 3 for AVX-512 too.
+/// The result of [`level`]: 0 before its first call, then 1 for neither, 2 for AVX2, 3 for AVX-512 too.
 static FOUND: AtomicU8 = AtomicU8::new(0);
 
 /// A kind of vector instructions that this CPU has: a value exists only where they do.
@@ -25,7 +25,7 @@ macro_rules! width {
                 (level() >= $level).then_some(Self(()))
             }
 
-            /// Runs `work`. It is compiled for this width as far as it is inlined: the functions that it calls are to be marked.
+            /// Runs `work`. Only inlined code is compiled for this width, so mark the functions that it calls.
             #[inline(always)]
             #[allow(unsafe_code, reason = "the compiler cannot know the CPU")]
             pub fn run<R>(self, work: impl FnOnce() -> R) -> R {

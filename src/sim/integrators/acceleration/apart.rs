@@ -1,5 +1,5 @@
-//! Robots with rows in states without any, since nothing touches: forward dynamics, as that of robots without rows, is much faster than a mass matrix with its
-//! factors.
+//! The acceleration of a robot with contacts in a state in which nothing touches. There are no rows then, and forward dynamics is much faster than a mass
+//! matrix with its factors.
 //!
 //! Joint limits obey the same law both ways. Where forward dynamics releases a limit that would have to push again, the solver finds the forces.
 //!
@@ -11,7 +11,7 @@ use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::terms::Term as _;
 
 impl<T: Scalar> AccelerationScratch<T> {
-    /// v̇ under the forces that are there, with those of rows where there are any.
+    /// v̇ under the forces of all terms, with those of rows in states that have rows.
     pub(super) fn solve_with_rows_if_any<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
@@ -57,7 +57,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         self.terms.stops.obey(at.dt(), &self.a)
     }
 
-    /// Leaves that there are no rows.
+    /// Records that this state has no rows.
     fn rest<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
@@ -70,7 +70,7 @@ impl<T: Scalar> AccelerationScratch<T> {
         }
     }
 
-    /// v̇ with rows, but in some lanes that without.
+    /// v̇ with rows; in the lanes of `apart` that without rows.
     fn solve_again<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, apart: Option<T>)
     where
         T: Over<P>,

@@ -30,7 +30,7 @@ pub(crate) struct AccelerationScratch<T: Scalar> {
     half_step: Option<Box<HalfStep<T>>>,
     /// For robots with rows.
     pub(crate) balance: Option<Box<Balance<T>>>,
-    /// Whether there are none at the last point, since nothing touches.
+    /// Whether the last point has no rows, since nothing touches.
     are_apart: bool,
     /// v̇ without rows.
     apart: Vec<T>,
