@@ -7,12 +7,15 @@
 //! - *encoders*: position and velocity of every joint,
 //! - *inertial*: gyro and accelerometer on a link,
 //! - *feet*: the contact force on each of four feet,
-//! - *wrench*: a force–torque sensor on the last link.
+//! - *wrench*: a force–torque sensor on the last link,
+//! - *A to D*: the Jacobians of the step and of all of these readings (`Sensors::linearize`), beside those of the step alone.
 
 mod common;
 
+use std::hint::black_box;
+
 use common::clock::{Clock, is_test};
-use common::functions::{step, step_and_read};
+use common::functions::{linearize, step, step_and_read};
 use common::points::{Point, points};
 use common::robots::{FEET, asset, standing};
 use dualbody::model::{FrameId, JointId};
@@ -29,8 +32,8 @@ fn main() {
         Clock { rounds: 11 }
     };
     println!(
-        "{:24}{:>9}{:>10}{:>10}{:>8}{:>8}",
-        "", "µs", "encoders", "inertial", "feet", "wrench"
+        "{:24}{:>9}{:>10}{:>10}{:>8}{:>8}{:>8}",
+        "", "µs", "encoders", "inertial", "feet", "wrench", "A to D"
     );
     for name in ["ur5", "panda", "quadruped", "humanoid"] {
         let simulator = Simulator::new(asset(name)).with_time_step(1e-3);
@@ -49,15 +52,26 @@ fn main() {
 
 fn print_row(clock: Clock, name: &str, simulator: &Simulator, points: &[Point<f64>]) {
     print!("{name:24}{:9.3}", clock.over(points, step(simulator)) * 1e6);
-    for (sensors, width) in sets(simulator.model()).into_iter().zip([10, 10, 8, 8]) {
-        print!("{:width$.3}", ratio(clock, simulator, points, &sensors));
+    let sets = sets(simulator.model());
+    for (sensors, width) in sets.iter().zip([10, 10, 8, 8]) {
+        let with = step_and_read(simulator, sensors.clone());
+        let ratio = ratio(clock, points, step(simulator), with);
+        print!("{ratio:width$.3}");
     }
-    println!();
+    let jacobians = |p: &Point<f64>| drop(black_box(sets[3].linearize(simulator, &p.state, &p.u)));
+    println!(
+        "{:8.3}",
+        ratio(clock, points, linearize(simulator), jacobians)
+    );
 }
 
 /// The median of the ratios of measurements in turn, so that other work on the machine slows both.
-fn ratio(clock: Clock, simulator: &Simulator, points: &[Point<f64>], sensors: &Sensors) -> f64 {
-    let (mut without, mut with) = (step(simulator), step_and_read(simulator, sensors.clone()));
+fn ratio(
+    clock: Clock,
+    points: &[Point<f64>],
+    mut without: impl FnMut(&Point<f64>),
+    mut with: impl FnMut(&Point<f64>),
+) -> f64 {
     let mut ratios: Vec<f64> = (0..PAIRS)
         .map(|_| {
             let plain = clock.over(points, &mut without);

@@ -12,7 +12,7 @@
 //! | with the base velocity in another representation? | [`Linearization::to_representation`] | O(nv²) | |
 //! | in continuous time? | [`Simulator::linearize_rate`] | as for a step | |
 //! | derivatives of A and B along a direction; several states at once? | the same, on dual numbers or lanes | as for a step there | [Griewank, Walther 2008, chapter 5] |
-//! | C and D of the sensor readings? | [`Sensors::linearize`](crate::sim::Sensors::linearize) | an acceleration over dual numbers for every four directions | |
+//! | C and D of the sensor readings? | [`Sensors::linearize`](crate::sim::Sensors::linearize) | those of a step, and the readings alone over dual numbers for every four directions | |
 //! | of many states at once? | [`BatchSimulator::linearize`](crate::sim::BatchSimulator::linearize), [`BatchSimulator::vjp`](crate::sim::BatchSimulator::vjp) | the same for each, on all cores | |
 //! | Aᵀ λ, Bᵀ λ, and the same in all [parameters](Simulator::parameters)? | [`Simulator::vjp`], [`Simulator::vjp_into`] | three to six steps, independent of the number of parameters | [Griewank, Walther 2008, chapter 3] |
 //! | the gradient of a cost of a whole rollout? | [`Simulator::rollout_gradient`], [`Simulator::rollout_gradients`] | four to eight rollouts, up to nine with checkpoints | [Griewank, Walther 2008, chapter 12] |

@@ -6,9 +6,13 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Linearization;
 use crate::autodiff::{CHUNK, Dual};
+use crate::dynamics::Calls;
 use crate::memory;
 use crate::scalar::{Differentiable, Scalar};
-use crate::sim::{SensorScratch, Sensors, Simulator, State};
+use crate::sim::{
+    AccelerationScratch, EvaluationPoint, KnownAcceleration, SensorScratch, Sensors, Signals,
+    Simulator, State,
+};
 
 /// The Jacobians of a step and of its sensor readings: δx⁺ = A δx + B δu and δy = C δx + D δu.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,10 +66,17 @@ impl Sensors {
             d: DMatrix::zeros(self.len(), nu),
             reading: self.read(simulator, state, u),
         };
-        let mut scratch = SensorScratch::new(simulator);
+        let mut signals = Signals::default();
+        let known = KnownAcceleration::new(simulator, state, signals.find(simulator, state, u));
+        let mut memory = Memory::new(simulator);
         for first in (0..n + nu).step_by(CHUNK) {
             let directions = first..(first + CHUNK).min(n + nu);
-            let y = self.read_along(simulator, state, u, &directions, &mut scratch);
+            let point = Along {
+                simulator,
+                known: &known,
+                directions: directions.clone(),
+            };
+            let y = point.read(self, state, u, &mut memory);
             for (k, column) in directions.enumerate() {
                 let mut column = match column.checked_sub(n) {
                     None => out.c.column_mut(column),
@@ -77,23 +88,44 @@ impl Sensors {
         }
         out
     }
+}
 
-    /// The readings with their derivatives in some directions of (δx, δu).
-    fn read_along<T: Differentiable>(
+/// Working memory over dual numbers.
+struct Memory<T: Differentiable> {
+    found: AccelerationScratch<Dual<T, CHUNK>>,
+    sensors: SensorScratch<Dual<T, CHUNK>>,
+    signals: Signals<Dual<T, CHUNK>>,
+}
+
+impl<T: Differentiable> Memory<T> {
+    fn new(simulator: &Simulator) -> Self {
+        Self {
+            found: AccelerationScratch::new(simulator, Calls::One),
+            sensors: SensorScratch::new(simulator),
+            signals: Signals::default(),
+        }
+    }
+}
+
+/// Some directions of (δx, δu) from a point whose acceleration is known.
+struct Along<'a, T: Scalar> {
+    simulator: &'a Simulator,
+    known: &'a KnownAcceleration<T>,
+    directions: Range<usize>,
+}
+
+impl<T: Differentiable> Along<'_, T> {
+    /// The readings with their derivatives in these directions.
+    fn read(
         &self,
-        simulator: &Simulator,
+        sensors: &Sensors,
         state: &State<T>,
         u: &[T],
-        directions: &Range<usize>,
-        scratch: &mut SensorScratch<Dual<T, CHUNK>>,
+        memory: &mut Memory<T>,
     ) -> DVector<Dual<T, CHUNK>> {
-        let n = simulator.n_tangent();
-        let seeded = |k: usize, value: T| match directions.contains(&k) {
-            true => Dual::variable(value, k - directions.start),
-            false => Dual::constant_of(value),
-        };
-        let dx: Vec<_> = (0..n).map(|k| seeded(k, T::zero())).collect();
-        let u: Vec<_> = (n..).zip(u).map(|(k, &u)| seeded(k, u)).collect();
+        let (simulator, n) = (self.simulator, self.simulator.n_tangent());
+        let dx: Vec<_> = (0..n).map(|k| self.seeded(k, T::zero())).collect();
+        let u: Vec<_> = (n..).zip(u).map(|(k, &u)| self.seeded(k, u)).collect();
         let lifted = |x: &DVector<T>| x.map(Dual::constant_of);
         let start = State {
             q: lifted(&state.q),
@@ -103,8 +135,20 @@ impl Sensors {
             sleep: lifted(&state.sleep),
         };
         let moved = start.integrate(simulator.model(), &dx);
-        let mut y = DVector::zeros(self.len());
-        self.read_into(simulator, &moved, &u, scratch, y.as_mut_slice());
+        let signal = memory.signals.find(simulator, &moved, &u);
+        let at = EvaluationPoint::of_step(simulator, &moved, signal);
+        (self.known).write(&at, &self.directions, &mut memory.found);
+        let mut y = DVector::zeros(sensors.len());
+        let (found, scratch) = (&memory.found, &mut memory.sensors);
+        sensors.read_found(&at, found, scratch, y.as_mut_slice());
         y
+    }
+
+    /// A number, which is the variable of its direction if that is one of these.
+    fn seeded(&self, k: usize, value: T) -> Dual<T, CHUNK> {
+        match self.directions.contains(&k) {
+            true => Dual::variable(value, k - self.directions.start),
+            false => Dual::constant_of(value),
+        }
     }
 }

@@ -100,8 +100,8 @@ pub use integrator::Integrator;
 #[cfg(feature = "second-order")]
 pub(crate) use integrators::add_integrated;
 pub(crate) use integrators::{
-    AccelerationColumns, AccelerationScratch, Pullback, Pushforward, StepAdjoint, StepColumns,
-    StepJacobian, StepPoint, linear_factor,
+    AccelerationColumns, AccelerationScratch, KnownAcceleration, Pullback, Pushforward,
+    StepAdjoint, StepColumns, StepJacobian, StepPoint, linear_factor,
 };
 pub use interop::{Engine, EngineCoordinates};
 pub(crate) use names::{column_names, input_columns};
@@ -116,6 +116,7 @@ pub(crate) use rollout::{most_states, write_row};
 #[cfg(feature = "formats")]
 pub(crate) use sensors::MeshTree;
 pub use sensors::{NoisySensors, ScanAngles, Sensor, SensorNoise, SensorScratch, Sensors};
+pub(crate) use signals::Signals;
 pub use simulator::Simulator;
 pub use sleeping::Sleeping;
 pub use state::State;

@@ -377,6 +377,12 @@ impl<T: Scalar> Rows<T> {
         }
     }
 
+    /// Sets the forces, as of a solution.
+    pub(super) fn set_forces(&mut self, forces: impl Iterator<Item = T>) {
+        self.forces.clear();
+        self.forces.extend(forces);
+    }
+
     /// The forces of so many first rows.
     pub(super) fn first_forces(&self, rows: usize) -> &[T] {
         &self.forces[..rows]

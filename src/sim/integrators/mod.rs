@@ -30,7 +30,9 @@ mod method;
 mod runge_kutta_4;
 mod tree_lu;
 
-pub(crate) use acceleration::{AccelerationColumns, AccelerationScratch, FoundMotions};
+pub(crate) use acceleration::{
+    AccelerationColumns, AccelerationScratch, FoundMotions, KnownAcceleration,
+};
 #[cfg(feature = "second-order")]
 pub(crate) use joint_tangents::add_integrated;
 pub(crate) use list::{StepAdjoint, StepJacobian, StepMemory};

@@ -11,7 +11,7 @@
 //! | which sensors? | [`Sensor`], [`Sensors::new`] | |
 //! | what do they read in the step just taken? | [`Sensors::read_step_into`] | a few per cent of a step with encoders and inertial units; inverse dynamics for force and torque |
 //! | and without a step? | [`Sensors::read`] | additionally the acceleration of a step |
-//! | C and D of the observation? | [`Sensors::linearize`] | one acceleration over dual numbers for every four directions |
+//! | C and D of the observation? | [`Sensors::linearize`] | A and B of the step, and the readings alone over dual numbers for every four directions |
 //! | noise, bias, quantisation, rate, delay? | [`SensorNoise`], [`NoisySensors`] | O(readings) |
 //!
 //! Noise is a layer on readings, not a part of the differentiable function.

@@ -187,7 +187,7 @@ impl Sensors {
     }
 
     /// The readings where acceleration and forces have been found.
-    fn read_found<P: Scalar, T: Over<P>>(
+    pub(crate) fn read_found<P: Scalar, T: Over<P>>(
         &self,
         at: &EvaluationPoint<'_, P, T>,
         found: &AccelerationScratch<T>,

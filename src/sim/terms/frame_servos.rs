@@ -48,6 +48,11 @@ impl<T: Scalar> FrameServos<T> {
         }
     }
 
+    /// Has its rows where they are of the same robot over other numbers.
+    pub(in crate::sim) fn follow<S>(&mut self, other: &FrameServos<S>) {
+        self.first = other.first;
+    }
+
     /// The force of a servo along its wrench, where that is not the one of the state: of its row, and the middle of its limits.
     pub(in crate::sim) fn force<P: Scalar>(
         &self,

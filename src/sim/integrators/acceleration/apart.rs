@@ -58,7 +58,7 @@ impl<T: Scalar> AccelerationScratch<T> {
     }
 
     /// Records that this state has no rows.
-    fn rest<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
+    pub(super) fn rest<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {

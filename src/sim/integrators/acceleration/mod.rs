@@ -1,6 +1,7 @@
 //! The acceleration at which all terms balance.
 
 mod apart;
+mod known;
 mod pullback;
 mod pushforward;
 mod rows;
@@ -15,6 +16,7 @@ use crate::sim::placed::add_diagonal;
 use crate::sim::simulator::Simulator;
 use crate::sim::terms::{Term, Terms};
 use crate::spatial::{Motion, Transform};
+pub(crate) use known::KnownAcceleration;
 pub(super) use pullback::AccelerationAdjoint;
 pub(crate) use pushforward::AccelerationColumns;
 pub(super) use rows::AccelerationWeights;

@@ -46,6 +46,11 @@ impl<T: Differentiable> AccelerationColumns<T> {
         &self.memory.rates
     }
 
+    /// ∂f of the rows, column by column, where there are rows.
+    pub(super) fn row_forces(&self) -> &Blocks<T> {
+        &self.balance.rows.columns
+    }
+
     /// Differentiates the acceleration that has been found at an instant.
     pub(crate) fn linearize(
         &mut self,

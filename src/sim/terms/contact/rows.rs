@@ -217,6 +217,30 @@ impl<T: Scalar> Contact<T> {
         self.working.grow(&step, a)
     }
 
+    /// Takes part with the points of a solution over other numbers, and with forces of rows that are known.
+    pub(crate) fn follow<S: Scalar, P: Scalar>(
+        &mut self,
+        other: &Contact<S>,
+        contacts: &Contacts<P>,
+        balance: &Balance<T>,
+    ) where
+        T: Over<P>,
+    {
+        self.axes.clear();
+        self.places.clear();
+        self.working.restart();
+        self.working.activate(other.touching());
+        let touching = self.touching_in(contacts);
+        let axes = other.touching().iter().map(|&i| touching.axes(i));
+        let axes: Vec<_> = axes.collect();
+        for &i in other.touching() {
+            let turning = self.touching_in(contacts).turning(i);
+            self.places.push(turning.as_ref());
+        }
+        self.axes = axes;
+        self.take_forces(contacts, balance);
+    }
+
     /// J of the points that take part.
     fn add_jacobians<P: Scalar>(
         &mut self,

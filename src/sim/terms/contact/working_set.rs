@@ -117,6 +117,12 @@ impl<T: Scalar> WorkingSet<T> {
         self.members.lanes[of]
     }
 
+    /// Activates points, in order.
+    pub(super) fn activate(&mut self, points: &[usize]) {
+        self.members.points.extend_from_slice(points);
+        self.members.lanes.extend(points.iter().map(|_| T::one()));
+    }
+
     /// Starts with candidates, each with a number that is positive in the lanes in which it is one; none takes part yet.
     pub(super) fn start(&mut self, candidates: impl Iterator<Item = (usize, T)>) {
         self.clear();
