@@ -761,6 +761,23 @@ fn orientations_in_five_ways_are_the_same() {
     }
 }
 
+/// A free joint without a name is found by its body; links that are fixed to that body have other poses.
+#[test]
+fn free_bodies_are_found_by_their_own_names() {
+    let (scene, _) = text(
+        "<mujoco><worldbody><body name='a' pos='1 2 3'><freejoint/><geom size='0.1'/><body name='fixed' pos='0 0 1'><geom size='0.1'/></body></body>
+         <body name='b'><freejoint name='own'/><geom size='0.1'/></body></worldbody></mujoco>",
+    );
+    let mut state = scene.reference.clone();
+    let pose = state.free_pose(&scene.model, "a").expect("a free body");
+    assert_eq!(pose.translation, Vector3::new(1.0, 2.0, 3.0));
+    assert_eq!(state.free_pose(&scene.model, "a::joint"), Ok(pose));
+    state.set_free_pose(&scene.model, "b", &pose).expect("one");
+    assert_eq!(state.free_pose(&scene.model, "own"), Ok(pose));
+    let error = state.free_pose(&scene.model, "fixed").expect_err("none");
+    assert!(error.to_string().contains("a::joint"), "{error}");
+}
+
 /// Broken descriptions, each with words of its error.
 #[test]
 fn broken_descriptions_are_errors_that_name_the_place() {
