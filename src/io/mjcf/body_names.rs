@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::body::Bodies;
 use super::documents::Source;
+use super::option::Acting;
 use crate::error::LoadError;
 use crate::io::names::Names;
 use crate::nested::IntoNested;
@@ -20,6 +21,20 @@ impl Bodies {
             body.inertia = body.inertia.scaled(wanted / total);
         }
         Ok(())
+    }
+
+    /// Takes limits and dry friction from joints where flags disable them.
+    pub(super) fn let_act(&mut self, acting: Acting) {
+        let joints = self.entries.iter_mut().nested(|body| &mut body.joints);
+        for joint in joints {
+            if !acting.limit {
+                joint.axis.limits.lower = None;
+                joint.axis.limits.upper = None;
+            }
+            if !acting.friction {
+                joint.axis.friction = 0.0;
+            }
+        }
     }
 
     /// Lets shapes touch that pairs name.

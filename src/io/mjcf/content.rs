@@ -93,6 +93,7 @@ pub(super) fn read(
     })?;
     let mut actuators = beside.actuators(&kinds, settings.simulation.time_step, context)?;
     actuator_joint::share(&mut actuators, &mut bodies, context);
+    bodies.let_act(settings.acting);
     let contacts = beside.contacts(&mut bodies, settings.neighbours_touch, context)?;
     beside.references.check_unread(main)?;
 
@@ -134,7 +135,10 @@ pub(super) fn read(
         tendons: tendons.iter().map(|own| (own.name.as_str(), own)).collect(),
     };
     let constraints = beside.read("equality", context, |part, context| {
-        equality::read(part, &at_reference, context)
+        match settings.acting.equality {
+            true => equality::read(part, &at_reference, context),
+            false => Ok(disabled(part, context)),
+        }
     })?;
     let measured = sensor::Target {
         model: &model,
@@ -145,7 +149,10 @@ pub(super) fn read(
     let mut scene = MjcfScene {
         reference: State::new(q.as_slice(), &vec![0.0; model.nv()]),
         constraints,
-        contacts: contacts.placed(&bodies, assembly.floats()),
+        contacts: match settings.acting.contact {
+            true => contacts.placed(&bodies, assembly.floats()),
+            false => MjcfContacts::default(),
+        },
         sensors: beside.read("sensor", context, |part, context| {
             sensor::read(part, &measured, context).map(Some)
         })?,
@@ -169,6 +176,13 @@ pub(super) fn read(
         between: assembly.between,
         scene,
     })
+}
+
+/// No element, with a remark.
+fn disabled<T>(part: &Part<'_, '_>, context: &mut Context<'_>) -> Option<T> {
+    part.node.read_all();
+    context.ignore(&part.node.place(), "is disabled by a flag");
+    None
 }
 
 /// Makes gains of the damping ratios of actuators, if there are any.

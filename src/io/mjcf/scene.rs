@@ -23,7 +23,7 @@ pub struct MjcfScene {
     pub reference: State,
     /// Actuators, in the order of the file; [`inputs`](Self::inputs) converts controls to the order of the simulator.
     pub actuation: Vec<MjcfActuator>,
-    /// Geoms with contact, the ground, and pairs of bodies with or without contact.
+    /// Geoms with contact, the ground, and pairs of bodies with or without contact; none if a flag disables contact.
     pub contacts: MjcfContacts,
     /// Active equalities, as regularised constraints.
     pub constraints: Vec<Constraint>,

@@ -117,6 +117,9 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
         ("option", "wind" | "density" | "viscosity") => "fluid forces are not modelled",
         ("option", "magnetic") => "magnetic fields are not modelled",
         ("option", _) => "a setting of another simulator",
+        ("flag", "actuation" | "spring" | "damper" | "clampctrl") => {
+            "not modelled: these forces act here"
+        }
         ("flag", _) => "a setting of another simulator",
         ("compiler", _) => "a setting of another simulator's compiler",
         (_, "solreflimit" | "solimplimit") => {
