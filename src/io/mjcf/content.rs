@@ -87,10 +87,11 @@ pub(super) fn read(
         references: std::mem::take(&mut bodies.references),
     };
     let kinds = Names::of(&bodies).kinds;
-    let tendons = beside.read("tendon", context, |part, _| match part.node.tag() {
-        "fixed" => tendon::read(part, &kinds).map(Some),
+    let tendons = beside.read("tendon", context, |part, context| match part.node.tag() {
+        "fixed" => tendon::read(part, &kinds, context).map(Some),
         _ => Ok(None),
     })?;
+    let (tendons, of_tendons): (Vec<_>, Vec<_>) = tendons.into_iter().unzip();
     let mut actuators = beside.actuators(&kinds, settings.simulation.time_step, context)?;
     actuator_joint::share(&mut actuators, &mut bodies, context);
     bodies.let_act(settings.acting);
@@ -134,12 +135,19 @@ pub(super) fn read(
         time_step: settings.simulation.time_step,
         tendons: tendons.iter().map(|own| (own.name.as_str(), own)).collect(),
     };
-    let constraints = beside.read("equality", context, |part, context| {
+    let mut constraints = beside.read("equality", context, |part, context| {
         match settings.acting.equality {
             true => equality::read(part, &at_reference, context),
             false => Ok(disabled(part, context)),
         }
     })?;
+    constraints.extend(tendon::springs(
+        &tendons,
+        &of_tendons,
+        &model,
+        &bodies,
+        context,
+    ));
     let measured = sensor::Target {
         model: &model,
         names: &assembly.names,

@@ -25,7 +25,7 @@ pub struct MjcfScene {
     pub actuation: Vec<MjcfActuator>,
     /// Geoms with contact, the ground, and pairs of bodies with or without contact; none if a flag disables contact.
     pub contacts: MjcfContacts,
-    /// Active equalities, as regularised constraints.
+    /// Active equalities, as regularised constraints, then springs and dampers of fixed tendons.
     pub constraints: Vec<Constraint>,
     /// Fixed tendons, in the order of the file.
     pub tendons: Vec<MjcfTendon>,
