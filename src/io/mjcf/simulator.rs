@@ -19,7 +19,7 @@ impl MjcfScene {
     /// | joint limits, friction losses | [`Actuation::from_model`] |
     /// | actuators of joints | [`Servo`]s, which Euler steps evaluate at their end |
     /// | actuators of fixed tendons, additional ones of a joint | [`TendonServo`]s |
-    /// | filters, integrators and delays of actuators, rounded up to whole time steps | [`Activation`]s, whose signals are held over a step |
+    /// | filters, integrators and delays of actuators, rounded up to whole time steps | [`Activation`](crate::sim::Activation)s, whose signals are held over a step |
     /// | actuators of sites | [`FrameActuator`]s, with a [servo](FrameActuator::with_servo) if they have a bias or gains |
     /// | `refsite` of an actuator | position and axes of the servo, if the reference is fixed to the world |
     /// | contact | [`RelaxedRigid`](crate::contact::RelaxedRigid) with `solref`, `solimp` and friction of the pair, or mixed from both geoms as in `MuJoCo`, and `impratio`; with `condim` 4 and 6 [torsional and rolling friction](crate::contact::TurningFriction) |
