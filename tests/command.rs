@@ -385,6 +385,19 @@ fn method_of_runge_and_kutta_simulates_regularised_contact() {
 }
 
 #[test]
+fn simulate_counts_the_parts_of_a_file_that_are_not_used() {
+    let folder = Folder::new("unused");
+    let xml = r#"<mujoco><worldbody><body><joint name="x"/><geom size="0.1"/></body></worldbody><sensor><clock/></sensor></mujoco>"#;
+    let file = folder.write("clock.xml", xml);
+    let noted = run(&["simulate", &file, "--duration", "0.01"]);
+    let says = "1 part of the file not used";
+    assert!(error(&noted).contains(says), "{}", error(&noted));
+    assert_eq!(status(&noted), 0);
+    let quiet = run(&["simulate", &file, "--duration", "0.01", "--quiet"]);
+    assert_eq!(error(&quiet), "");
+}
+
+#[test]
 fn options_that_do_not_fit_are_named() {
     for (arguments, words) in [
         (

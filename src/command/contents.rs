@@ -178,6 +178,7 @@ impl EqualitySummary {
             ConstraintKind::Ball(_) => "connect",
             ConstraintKind::Distance { .. } => "distance",
             ConstraintKind::Coupler { .. } => "joints",
+            ConstraintKind::Tendon { .. } if own.spring().is_some() => "spring of a tendon",
             ConstraintKind::Tendon { .. } => "tendon",
         };
         let frame = |anchor: &Anchor| match anchor.frame {

@@ -68,7 +68,7 @@ fn beside_the_model(scene: &MjcfScene) -> impl Iterator<Item = String> {
         (usize::from(contacts.ground.is_some()), "ground"),
         (scene.actuation.len(), "actuators"),
         (scene.sensors.len(), "sensors"),
-        (scene.constraints.len(), "equalities"),
+        (scene.constraints.len(), "equalities and springs of tendons"),
         (scene.tendons.len(), "fixed tendons"),
         (scene.keyframes.len(), "keyframes"),
         (contacts.geoms.len(), "contact parameters of geoms"),

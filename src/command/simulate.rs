@@ -13,6 +13,7 @@ use super::setup::{Setup, positive};
 use super::view;
 use crate::cone::Status;
 use crate::contact::Contacts;
+use crate::io::ImportReport;
 use crate::sim::{Rollout, RolloutStatus, Simulator, SolverFailure, State};
 use crate::view::{PictureOptions, Recording};
 
@@ -65,6 +66,7 @@ impl Simulate {
         let loaded = self.robot.load()?;
         let (simulator, start) = self.setup.simulation(&loaded)?;
         if !self.quiet {
+            warn_of_file(&loaded.report);
             warn(&simulator, &start);
         }
         let began = Instant::now();
@@ -147,6 +149,16 @@ fn size(text: &str) -> Result<[u32; 2], String> {
         )),
     };
     Ok([side(width)?, side(height)?])
+}
+
+/// Warns of content of the file that has no effect.
+fn warn_of_file(report: &ImportReport) {
+    let count = report.ignored.len();
+    if count > 0 {
+        let part = if count == 1 { "part" } else { "parts" };
+        let what = format!("{count} {part} of the file not used: `dualbody check` names them");
+        complain("warning", &what);
+    }
 }
 
 /// Warns of steps that are too long, and of meshes that cannot touch the ground.

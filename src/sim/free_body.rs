@@ -13,11 +13,12 @@ use crate::spatial::{Motion, Quaternion, Representation, Transform};
 /// Entries of q that a floating base has: position and quaternion.
 pub(super) const BASE_POSE: usize = 7;
 
-/// The body that a floating joint on the world moves.
+/// The body that a floating joint on the world moves, by the name of the joint or of its link.
 fn find<'m, P: Scalar>(model: &'m Model<P>, joint: &str) -> Result<&'m Body<P>, UnknownName> {
     let found = match model.joint(joint) {
         Some(id) => Some(model.joint_body(id)),
-        None => (joint == BASE_JOINT && floats(model)).then_some(BodyId(0)),
+        None if joint == BASE_JOINT && floats(model) => Some(BodyId(0)),
+        None => body_of_link(model, joint),
     };
     let free = found.map(|id| model.body(id)).filter(|body| is_free(body));
     free.ok_or_else(|| UnknownName {
@@ -26,6 +27,12 @@ fn find<'m, P: Scalar>(model: &'m Model<P>, joint: &str) -> Result<&'m Body<P>, 
         name: joint.into(),
         known: names(model),
     })
+}
+
+/// The body whose own link has a name: other links on it may have other poses.
+fn body_of_link<P: Scalar>(model: &Model<P>, link: &str) -> Option<BodyId> {
+    let body = model.frames()[model.frame(link)?.0].body?;
+    (model.body_name(body) == link).then_some(body)
 }
 
 fn names<P: Scalar>(model: &Model<P>) -> Vec<String> {
@@ -50,7 +57,8 @@ impl<T: Scalar> State<T> {
     /// Pose `X_WB` in the world of a body on a floating joint: of the floating base of a robot, or of an object or a floating robot of a
     /// [`World`](crate::model::World). Does not allocate.
     ///
-    /// * `joint` – name of the joint: `floating_base` for the base of a robot, in a world `{prefix}floating_base`; for an object its name
+    /// * `joint` – name of the joint: `floating_base` for the base of a robot, in a world `{prefix}floating_base`; for an object its name. If no floating
+    ///   joint has the name, that of the link that it moves, as for a `<freejoint/>` without a name in an MJCF file
     ///
     /// # Errors
     /// If the model has no floating joint of this name, for example if the base is fixed; the error lists its floating joints.

@@ -72,12 +72,14 @@ mod many_points;
 mod mesh_contact;
 mod mjcf;
 mod mjcf_activations;
+mod mjcf_builtin;
 mod mjcf_equalities;
 mod mjcf_height_fields;
 mod mjcf_meshes;
 mod mjcf_neighbours;
 #[cfg(feature = "png")]
 mod mjcf_pictures;
+mod mjcf_references;
 mod mjcf_sensors;
 mod moments;
 mod named_forces;

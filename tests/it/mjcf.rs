@@ -761,6 +761,53 @@ fn orientations_in_five_ways_are_the_same() {
     }
 }
 
+/// Flags disable contact, limits, friction losses and equalities, or all of them.
+#[test]
+fn flags_disable_constraints() {
+    let acting = |flags: &str| {
+        let (scene, _) = text(&format!(
+            "<mujoco><option><flag {flags}/></option><worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 0.05'>
+             <joint name='z' type='slide' axis='0 0 1' limited='true' range='0.01 1' frictionloss='3'/><geom size='0.1' mass='1'/></body></worldbody>
+             <equality><joint joint1='z' polycoef='0.5'/></equality></mujoco>"
+        ));
+        let joint = &scene.model.joints()[0];
+        let simulator = scene.simulator();
+        [
+            simulator.contacts().is_some(),
+            joint.limits.lower.is_some(),
+            joint.friction > 0.0,
+            !simulator.constraints().is_empty(),
+        ]
+    };
+    assert_eq!(acting("contact='enable'"), [true; 4]);
+    assert_eq!(acting("constraint='disable'"), [false; 4]);
+    for (k, flag) in ["contact", "limit", "frictionloss", "equality"]
+        .iter()
+        .enumerate()
+    {
+        let mut expected = [true; 4];
+        expected[k] = false;
+        assert_eq!(acting(&format!("{flag}='disable'")), expected, "{flag}");
+    }
+}
+
+/// A free joint without a name is found by its body; links that are fixed to that body have other poses.
+#[test]
+fn free_bodies_are_found_by_their_own_names() {
+    let (scene, _) = text(
+        "<mujoco><worldbody><body name='a' pos='1 2 3'><freejoint/><geom size='0.1'/><body name='fixed' pos='0 0 1'><geom size='0.1'/></body></body>
+         <body name='b'><freejoint name='own'/><geom size='0.1'/></body></worldbody></mujoco>",
+    );
+    let mut state = scene.reference.clone();
+    let pose = state.free_pose(&scene.model, "a").expect("a free body");
+    assert_eq!(pose.translation, Vector3::new(1.0, 2.0, 3.0));
+    assert_eq!(state.free_pose(&scene.model, "a::joint"), Ok(pose));
+    state.set_free_pose(&scene.model, "b", &pose).expect("one");
+    assert_eq!(state.free_pose(&scene.model, "own"), Ok(pose));
+    let error = state.free_pose(&scene.model, "fixed").expect_err("none");
+    assert!(error.to_string().contains("a::joint"), "{error}");
+}
+
 /// Broken descriptions, each with words of its error.
 #[test]
 fn broken_descriptions_are_errors_that_name_the_place() {

@@ -2,7 +2,7 @@
 
 use dualbody::constraint::{ConstraintKind, Impedance, Reference};
 use dualbody::io::{ImportReport, MjcfScene};
-use dualbody::{ModelOptions, Simulator};
+use dualbody::{Integrator, ModelOptions, Simulator};
 use nalgebra::DVector;
 
 use crate::common::OTHER_ALGORITHM;
@@ -29,6 +29,62 @@ fn accelerations_equal_those_of_mujoco() {
         assert!(error < OTHER_ALGORITHM, "state {k}: {error:e}");
     }
 }
+
+/// A weld of a flange without mass: for the inverse mass there `MuJoCo` takes the place of the flange in its parent for that of its centre of mass.
+#[test]
+fn welds_of_bodies_without_mass_yield_as_in_mujoco() {
+    let (scene, _) = text(
+        "<mujoco><worldbody><body name='arm' pos='0 0 1'><joint name='a' axis='0 1 0'/><geom type='capsule' size='0.05' fromto='0 0 0 0.4 0 0'/>
+         <body name='fore' pos='0.4 0 0'><joint name='b' axis='0 1 0'/><joint name='c' axis='0 0 1'/><geom type='capsule' size='0.04' fromto='0 0 0 0.3 0 0'/>
+         <body name='flange' pos='0.3 0 0.12' euler='0 30 0'><site name='s'/></body></body></body></worldbody>
+         <equality><weld body1='flange' solref='0.02 1'/></equality></mujoco>",
+    );
+    let simulator = Simulator::new(scene.model.clone())
+        .with_time_step(scene.options.time_step)
+        .with_constraints(scene.constraints.clone());
+    let expected = [18.47315059142807, -15.880212919943693, 0.0];
+    let still = simulator.acceleration(&scene.reference, &[0.0; 3]);
+    let error = (still - DVector::from_column_slice(&expected)).amax();
+    assert!(error < OTHER_ALGORITHM * expected[0], "{error:e}");
+    let moving = simulator.state(&[0.1, -0.2, 0.05], &[0.3, 0.2, -0.4]);
+    let expected = [-186.82607252569846, 409.08555870191606, -82.32999039712794];
+    let a = simulator.acceleration(&moving, &[0.0; 3]);
+    let error = (a - DVector::from_column_slice(&expected)).amax();
+    assert!(error < OTHER_ALGORITHM * expected[1], "{error:e}");
+}
+
+/// With its own length, and with that at the references of the springs of its joints.
+#[test]
+fn springs_and_dampers_of_tendons_act_as_in_mujoco() {
+    let (scene, report) = text(
+        "<mujoco><option gravity='0 0 0'><flag contact='disable'/></option><worldbody><body><joint name='a' axis='0 1 0' springref='10'/><geom type='capsule' size='0.05' fromto='0 0 0 0.4 0 0'/></body>
+         <body><joint name='b' type='slide' axis='1 0 0'/><geom size='0.1' mass='2'/></body></worldbody>
+         <tendon><fixed name='t' stiffness='30' damping='4'><joint joint='a' coef='0.5'/><joint joint='b' coef='-2'/></fixed>
+         <fixed name='u' stiffness='7' springlength='0.2'><joint joint='b' coef='1.5'/></fixed></tendon></mujoco>",
+    );
+    assert!(report.ignored.is_empty(), "{report}");
+    // At an instant, not at the end of a step.
+    let simulator = Simulator::new(scene.model.clone())
+        .with_integrator(Integrator::RungeKutta4)
+        .with_constraints(scene.constraints.clone());
+    let a = simulator.acceleration(&simulator.state(&[0.3, -0.1], &[0.5, 0.2]), &[0.0; 2]);
+    let error = (a - DVector::from_column_slice(&TENDONS)).amax();
+    assert!(error < OTHER_ALGORITHM * TENDONS[1].abs(), "{error:e}");
+    let (_, report) = text(
+        "<mujoco><worldbody><body><joint name='a'/><geom size='0.1'/></body></worldbody>
+         <tendon><fixed stiffness='3' springlength='0.1 0.2' range='0 1'><joint joint='a' coef='1'/></fixed></tendon></mujoco>",
+    );
+    let notes = report.to_string();
+    for says in [
+        "a range of lengths without force",
+        "limits, friction and inertia",
+    ] {
+        assert!(notes.contains(says), "{notes}");
+    }
+}
+
+/// Accelerations of the two joints.
+const TENDONS: [f64; 2] = [-16.867928731737013, 9.119506122008506];
 
 /// Two sliders that a joint equality ties.
 fn tied(equality: &str) -> (MjcfScene, ImportReport) {

@@ -166,18 +166,13 @@ fn sensors_of_the_file_are_those_that_are_written_by_hand() {
 #[test]
 fn sensors_that_cannot_be_had_are_named() {
     let xml = "<mujoco><worldbody><body name='b'><joint name='j'/><geom size='0.1'/><site name='s'/></body></worldbody>
-      <sensor><gyro site='s' noise='0.1'/><gyro site='nowhere'/><clock/>
+      <sensor><gyro site='s' noise='0.1'/><clock/>
       <framepos objtype='xbody' objname='b'/><framepos objtype='body' objname='b'/><touch site='s'/></sensor></mujoco>";
     let (scene, report) = ModelOptions::default()
         .load_mjcf_scene_str(xml)
         .expect("a scene");
     let text = report.to_string();
-    for reason in [
-        "does not have",
-        "is not modelled",
-        "inertial frame",
-        "counts all contact",
-    ] {
+    for reason in ["is not modelled", "inertial frame", "counts all contact"] {
         assert!(text.contains(reason), "{reason} is not in {text}");
     }
     let names = scene.known_sensors();

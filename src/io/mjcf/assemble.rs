@@ -12,7 +12,7 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use nalgebra::Vector3;
 
@@ -295,39 +295,4 @@ fn displaced(joint: &JointEntry, by: f64) -> Transform<f64> {
         Kind::Slide => Transform::from_translation(axis * by),
         _ => Transform::identity(),
     }
-}
-
-/// Configuration of a model in which the file has its bodies.
-pub(super) fn reference(
-    model: &crate::Model,
-    bodies: &Bodies,
-    floats: bool,
-) -> nalgebra::DVector<f64> {
-    let mut q = model.neutral();
-    let by_name: HashMap<&str, _> = (model.joints().iter().zip(0..))
-        .map(|(joint, i)| (joint.name.as_str(), i))
-        .collect();
-    let range_of = |joint: &JointEntry| {
-        let base =
-            (floats && joint.kind == Kind::Free && model.has_floating_base()).then_some(0..7);
-        base.or_else(|| Some(model.joint_q(crate::model::JointId(*by_name.get(&*joint.name)?))))
-    };
-    for body in bodies.entries.iter().skip(1) {
-        for joint in &body.joints {
-            let Some(range) = range_of(joint) else {
-                continue;
-            };
-            let own = &mut q.as_mut_slice()[range];
-            match joint.kind {
-                Kind::Hinge | Kind::Slide if own.len() == 1 => own[0] = joint.reference,
-                Kind::Free if own.len() == 7 => {
-                    own[..3].copy_from_slice(body.X_PB.translation.as_slice());
-                    crate::spatial::Quaternion::from_matrix(&body.X_PB.rotation)
-                        .write_to(&mut own[3..]);
-                }
-                _ => {}
-            }
-        }
-    }
-    q
 }

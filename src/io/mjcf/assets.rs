@@ -3,11 +3,11 @@
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
 use std::cell::{Cell, OnceCell};
-
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::rc::Rc;
 
+use super::builtin;
 use super::compiler::Compiler;
 use super::defaults::Classes;
 use super::entry::Entry;
@@ -80,6 +80,8 @@ pub(super) struct Assets {
     meshes: HashMap<String, Result<MeshAsset, String>>,
     colors: HashMap<String, [f64; 4]>,
     heights: HashMap<String, Result<HeightAsset, String>>,
+    /// Vertices of meshes that parameters make.
+    made: usize,
     /// Bytes of the references that geoms got.
     given: Cell<u64>,
 }
@@ -93,19 +95,34 @@ impl Assets {
     ) -> Result<Self, LoadError> {
         let mut out = Self::default();
         let mut finder = MeshFinder::new(settings.folder, options);
-        for node in root.all("asset").nested(Node::children) {
+        let all = || root.all("asset").nested(Node::children);
+        let textures = all().filter(|node| node.tag() == "texture");
+        let textures: HashSet<&str> = textures.filter_map(texture_name).collect();
+        for node in all() {
             match node.tag() {
                 "mesh" => out.mesh(node, settings, &mut finder)?,
                 "hfield" => out.height_field(node, settings, &mut finder)?,
-                "material" => out.material(node, settings.classes)?,
+                "material" => out.add_material(node, settings.classes, &textures)?,
                 _ => {}
             }
         }
         Ok(out)
     }
 
-    fn material<'t>(&mut self, node: Node<'t>, classes: &Classes<'t>) -> Result<(), LoadError> {
+    fn add_material<'t>(
+        &mut self,
+        node: Node<'t>,
+        classes: &Classes<'t>,
+        textures: &HashSet<&str>,
+    ) -> Result<(), LoadError> {
         let entry = Entry::new(node, classes, 0, &["material"])?;
+        let layers = node.children().filter(|node| node.tag() == "layer");
+        for node in std::iter::once(node).chain(layers) {
+            if let Some(name) = node.peek("texture").filter(|name| !textures.contains(name)) {
+                let reason = "there is no texture of that name";
+                return Err(node.place().malformed("texture", name, reason));
+            }
+        }
         let color = entry.some_numbers("rgba", [1.0; 4])?;
         if let Some(name) = entry.text("name") {
             self.colors.insert(name.into(), color);
@@ -122,9 +139,11 @@ impl Assets {
         let entry = Entry::new(node, settings.classes, 0, &["mesh"])?;
         let file = entry.text("file");
         let name = name_of(&entry, file)?;
-        let uri = match file {
-            Some(file) => Ok(path_of(file, settings.compiler)),
-            None => vertices::read(&entry, name)?,
+        let builtin = builtin::read(&entry, &mut self.made)?;
+        let uri = match (builtin, file) {
+            (Some(own), _) => vertices::reference(name, own.vertices, own.triangles),
+            (None, Some(file)) => Ok(path_of(file, settings.compiler)),
+            (None, None) => vertices::read(&entry, name)?,
         };
         let scale = entry.numbers::<3>("scale")?;
         let X_FM = pose_named(&entry, ["refpos", "refquat"])?;
@@ -160,6 +179,11 @@ impl Assets {
         Some(found.as_ref().map_err(String::as_str))
     }
 
+    /// Whether there is a mesh of a name.
+    pub(super) fn has_mesh(&self, name: &str) -> bool {
+        self.meshes.contains_key(name)
+    }
+
     /// The mesh of a name; `None` if there is none, or the reason why it cannot be used.
     pub(super) fn mesh_of(&self, name: &str) -> Option<Result<&MeshAsset, &str>> {
         let found = self.meshes.get(name)?.as_ref().map_err(String::as_str);
@@ -174,6 +198,15 @@ impl Assets {
         }))
     }
 
+    /// The colour of the material that an element names, if it names one.
+    pub(super) fn material(&self, entry: &Entry<'_, '_>) -> Result<Option<[f64; 4]>, LoadError> {
+        let Some(name) = entry.text("material") else {
+            return Ok(None);
+        };
+        let unknown = || entry.malformed("material", "there is no material of that name");
+        self.color(name).ok_or_else(unknown).map(Some)
+    }
+
     /// The colour of a material.
     pub(super) fn color(&self, material: &str) -> Option<[f64; 4]> {
         self.colors.get(material).copied()
@@ -185,6 +218,12 @@ fn name_of<'t>(entry: &Entry<'t, '_>, file: Option<&'t str>) -> Result<&'t str, 
     let stem = file.and_then(|file| Path::new(file).file_stem()?.to_str());
     let name = entry.text("name").or(stem);
     name.ok_or_else(|| entry.missing("name"))
+}
+
+/// The name of a texture: otherwise that of its file.
+fn texture_name(node: Node<'_>) -> Option<&str> {
+    let stem = || Path::new(node.peek("file")?).file_stem()?.to_str();
+    node.peek("name").or_else(stem)
 }
 
 /// The path of a mesh from the folder of the description.

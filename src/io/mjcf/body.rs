@@ -2,8 +2,6 @@
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
-use std::collections::HashSet;
-
 use super::documents::Source;
 use super::entry::Choice;
 use super::geom::Geom;
@@ -11,6 +9,7 @@ use super::inertial;
 use super::joint::{self, JointEntry};
 use super::naming::Naming;
 use super::orientation::pose;
+use super::references::References;
 use super::scene::MjcfGeom;
 use super::scenery::Scenery;
 use super::site::{self, Site};
@@ -19,10 +18,8 @@ use super::walk::{Part, Walk};
 use crate::contact::HeightField;
 use crate::error::LoadError;
 use crate::io::context::Context;
-use crate::io::names::Names;
 use crate::io::place::SourcePlace;
 use crate::model::{Collision, Visual};
-use crate::nested::IntoNested;
 use crate::spatial::{Inertia, Transform};
 
 /// A body; the first one is the world.
@@ -58,6 +55,8 @@ pub(super) struct Bodies {
     pub(super) scenery: Vec<(Scenery, MjcfGeom)>,
     /// The first geom of which something is [not modelled](Self::note_unmodelled), and how many there are.
     pub(super) unmodelled: Option<(SourcePlace, usize)>,
+    /// The names of all parts, until sections take them.
+    pub(super) references: References,
 }
 
 /// Reads the bodies of a description.
@@ -72,6 +71,7 @@ pub(super) fn read<'t, 'c>(
         heights: None,
         scenery: Vec::new(),
         unmodelled: None,
+        references: References::new(sources),
     };
     let root = sources[0].root;
     bodies.entries.push(BodyEntry::new(
@@ -106,6 +106,7 @@ pub(super) fn read<'t, 'c>(
         };
         open.extend(bodies.parts(&own, index, walk, context)?);
     }
+    bodies.references.check_targets()?;
     bodies.balance(&sources[0])?;
     bodies.make_names();
     Ok(bodies)
@@ -166,6 +167,7 @@ impl Bodies {
         let mut stated = Inertia::zero();
         let mut sum = Inertia::zero();
         for part in inside {
+            self.references.add("worldbody", &part);
             match part.node.tag() {
                 "body" => inner.push((part, index)),
                 "joint" | "freejoint" => self.joint(&part, index, context)?,
@@ -218,113 +220,5 @@ impl Bodies {
             return Err(part.node.place().unsupported(reason));
         }
         Ok(())
-    }
-
-    /// Reads a geom and adds its shape to a body.
-    fn geom(
-        &mut self,
-        part: &Part<'_, '_>,
-        index: usize,
-        context: &mut Context<'_>,
-    ) -> Result<Geom, LoadError> {
-        let source = part.source;
-        let entry = part.entry(&["geom"])?;
-        let mut geom = Geom::read(&entry, &source.compiler, &source.assets)?;
-        geom.contact.name = part.name();
-        let contact = &geom.contact;
-        let differs = |first: Option<&MjcfGeom>| first.is_some_and(|own| !own.is_like(contact));
-        if differs(self.entries[index].contacts.first()) && geom.touches() {
-            let first = || (part.node.place(), 0);
-            self.unmodelled.get_or_insert_with(first).1 += 1;
-        }
-        self.shape(&geom, part.X * geom.X, index, &part.node.place(), context);
-        Ok(geom)
-    }
-
-    /// Adds a shape to a body.
-    fn shape(
-        &mut self,
-        geom: &Geom,
-        placement: Transform<f64>,
-        index: usize,
-        place: &SourcePlace,
-        context: &mut Context<'_>,
-    ) {
-        let Some(geometry) = geom.geometry().cloned() else {
-            self.scene_shape(geom, placement, index, place, context);
-            return;
-        };
-        let name = geom.contact.name.clone();
-        let body = &mut self.entries[index];
-        if geom.is_shown() {
-            body.visuals.push(Visual {
-                name: name.clone(),
-                placement,
-                geometry: geometry.clone(),
-                color: geom.color,
-            });
-        }
-        let collision = Collision {
-            name,
-            placement,
-            geometry,
-        };
-        if geom.touches() {
-            body.collisions.push(collision);
-            body.contacts.push(geom.contact.clone());
-        } else if collision.name.is_some() {
-            body.idle.push((collision, geom.contact.clone()));
-        }
-    }
-
-    /// Scales all masses to the sum that is requested.
-    fn balance(&mut self, main: &Source<'_>) -> Result<(), LoadError> {
-        let wanted = main.compiler.settotalmass;
-        let total: f64 = self.entries.iter().map(|body| body.inertia.mass).sum();
-        if wanted <= 0.0 || total <= 0.0 {
-            return Ok(());
-        }
-        for body in &mut self.entries {
-            body.inertia = body.inertia.scaled(wanted / total);
-        }
-        Ok(())
-    }
-
-    /// Lets shapes touch that pairs name.
-    pub(super) fn pair(&mut self, names: &HashSet<&str>) {
-        for body in &mut self.entries {
-            for (collision, contact) in std::mem::take(&mut body.idle) {
-                let is_paired = contact
-                    .name
-                    .as_deref()
-                    .is_some_and(|own| names.contains(own));
-                if is_paired {
-                    body.collisions.push(collision);
-                    body.contacts.push(contact);
-                }
-            }
-        }
-    }
-
-    /// Makes up names: of bodies by their number, of joints after their body.
-    fn make_names(&mut self) {
-        let mut bodies = Names::of(self.entries.iter().map(|body| body.name.as_str()));
-        let joints = self.entries.iter().nested(|body| &body.joints);
-        let mut joints = Names::of(joints.map(|joint| joint.name.as_str()));
-        for (i, body) in self.entries.iter_mut().enumerate().skip(1) {
-            if body.name.is_empty() {
-                body.name = bodies.fresh(format!("body_{i}"));
-            }
-            let idle = body.idle.iter_mut().map(|(_, contact)| contact);
-            for contact in body.contacts.iter_mut().chain(idle) {
-                contact.link.clone_from(&body.name);
-            }
-            for (k, joint) in body.joints.iter_mut().enumerate() {
-                if joint.name.is_empty() {
-                    let number = if k == 0 { String::new() } else { k.to_string() };
-                    joint.name = joints.fresh(format!("{}::joint{number}", body.name));
-                }
-            }
-        }
     }
 }

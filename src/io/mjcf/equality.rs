@@ -14,8 +14,7 @@ use super::scene::MjcfTendon;
 use super::sections::Names;
 use super::softness::{InverseInertias, soften, torque_scale};
 use super::walk::Part;
-use crate::constraint::{Anchor, Constraint};
-use crate::dynamics::frame_pose;
+use crate::constraint::Constraint;
 use crate::error::LoadError;
 use crate::io::context::Context;
 use crate::model::Model;
@@ -42,6 +41,7 @@ pub(super) fn read(
 ) -> Result<Option<Constraint>, LoadError> {
     let entry = part.entry(&["equality"])?;
     let place = entry.node.place();
+    check(&entry)?;
     if !entry.flag("active", true)? {
         entry.node.read_all();
         context.ignore(&place, "is not active");
@@ -69,6 +69,25 @@ pub(super) fn read(
             Ok(None)
         }
     }
+}
+
+/// Checks that an equality names two different elements.
+fn check(entry: &Entry<'_, '_>) -> Result<(), LoadError> {
+    const BOTH: [[&str; 2]; 4] = [
+        ["body1", "body2"],
+        ["site1", "site2"],
+        ["joint1", "joint2"],
+        ["tendon1", "tendon2"],
+    ];
+    for [one, other] in BOTH {
+        if entry
+            .text(other)
+            .is_some_and(|text| entry.text(one) == Some(text))
+        {
+            return Err(entry.malformed(other, "is the same as the first one"));
+        }
+    }
+    Ok(())
 }
 
 /// Reason of a constraint with numbers that overflow.
@@ -129,12 +148,11 @@ impl Reference<'_> {
             self.rest(&one),
             other.as_deref().map_or(Some(0.0), |j| self.rest(j)),
         ) else {
-            return Ok(Err("a joint that it ties is locked or no hinge or slide"));
+            return Ok(Err("a joint that it ties is locked"));
         };
         Ok(match other {
             None => self.tied(&[(&one, 1.0)], q1 + c0),
             Some(_) if higher != [0.0; 3] => Err("is not linear"),
-            Some(other) if one == other => Err("ties a joint to itself"),
             Some(other) => {
                 let offset = q1 + c0 - c1 * q2;
                 if !offset.is_finite() {
@@ -204,67 +222,10 @@ impl Reference<'_> {
         let Some(own) = entry.text(name).map(|text| part.naming.of(text)) else {
             return Ok(None);
         };
-        match self.names.kinds.contains_key(&own) {
-            true => Ok(Some(own)),
-            false => Err(entry.malformed(name, "there is no joint of that name")),
+        match self.names.kinds.get(&own) {
+            Some(kind) if kind.is_single() => Ok(Some(own)),
+            Some(_) => Err(entry.malformed(name, "is neither a hinge nor a slide")),
+            None => Err(entry.malformed(name, "there is no joint of that name")),
         }
-    }
-
-    /// The two sites that an equality names, if it names sites.
-    fn sites(
-        &self,
-        part: &Part<'_, '_>,
-        entry: &Entry<'_, '_>,
-    ) -> Result<Option<[Anchor; 2]>, LoadError> {
-        if entry.text("site1").is_none() && entry.text("site2").is_none() {
-            return Ok(None);
-        }
-        let anchor = |name| {
-            let text = entry.text(name).ok_or_else(|| entry.missing(name))?;
-            let frame = self.names.sites.get(&part.naming.of(text));
-            let found = frame.and_then(|frame| Anchor::frame(self.model, frame).ok());
-            found.ok_or_else(|| entry.malformed(name, "there is no site of that name"))
-        };
-        Ok(Some([anchor("site1")?, anchor("site2")?]))
-    }
-
-    /// The two bodies of an equality; the second is the world where none is named.
-    fn bodies(&self, part: &Part<'_, '_>, entry: &Entry<'_, '_>) -> Result<[Placed; 2], LoadError> {
-        let place = |name: &'static str| match entry.text(name) {
-            None | Some("world") => Ok(Placed::world()),
-            Some(text) => {
-                let anchor = Anchor::frame(self.model, &part.naming.of(text));
-                let unknown = |_| entry.malformed(name, "there is no body of that name");
-                let anchor = anchor.map_err(unknown)?;
-                let pose = |frame| frame_pose(self.model, self.q, frame);
-                let X_WB = anchor.frame.map_or_else(Transform::identity, pose);
-                Ok(Placed { anchor, X_WB })
-            }
-        };
-        if entry.text("body1").is_none() {
-            return Err(entry.missing("body1"));
-        }
-        Ok([place("body1")?, place("body2")?])
-    }
-}
-
-/// A body with its pose in the configuration of the file.
-struct Placed {
-    anchor: Anchor,
-    X_WB: Transform<f64>,
-}
-
-impl Placed {
-    fn world() -> Self {
-        Self {
-            anchor: Anchor::world(),
-            X_WB: Transform::identity(),
-        }
-    }
-
-    fn anchor(&self, X_BA: Transform<f64>) -> Anchor {
-        let mut anchor = self.anchor;
-        anchor.placement = X_BA;
-        anchor
     }
 }

@@ -8,17 +8,14 @@ use super::assets::{Assets, MeshAsset};
 use super::compiler::Compiler;
 use super::contact;
 use super::entry::Entry;
+use super::geom_mass::Material;
 use super::height_field::HeightAsset;
 use super::orientation::{direction, from_z, pose};
 use super::scene::MjcfGeom;
-use super::solids::{self, Distribution};
 use crate::error::LoadError;
-use crate::model::{Geometry, short_reference};
+use crate::model::Geometry;
 use crate::scalar::MapEach;
-use crate::spatial::{Inertia, Symmetric3, Transform};
-
-/// Default density, kg/m³: water.
-const DENSITY: f64 = 1000.0;
+use crate::spatial::Transform;
 
 /// By default, groups up to this one are shown.
 const SHOWN_GROUPS: f64 = 2.0;
@@ -68,7 +65,7 @@ pub(super) struct Geom {
     pub(super) group: f64,
     pub(super) color: Option<[f64; 4]>,
     pub(super) contact: MjcfGeom,
-    material: Material,
+    pub(super) material: Material,
 }
 
 impl Geom {
@@ -85,9 +82,8 @@ impl Geom {
             None => pose(entry, compiler)?,
         };
         let shape = shape(entry, kind, ends.map(|ends| ends.half), assets)?;
-        let named = entry.text("material");
-        let color = entry.numbers::<4>("rgba")?;
-        let color = color.or_else(|| assets.color(named?));
+        let of_material = assets.material(entry)?;
+        let color = entry.numbers::<4>("rgba")?.or(of_material);
         let material = Material::read(entry)?;
         // The frame of a mesh is that of its file, seen from a reference in it.
         let X_FM = match &shape {
@@ -224,80 +220,5 @@ fn of_asset<'a, A: Clone + 'a>(
         Some(Ok(asset)) => Ok(shape(asset.clone())),
         Some(Err(reason)) => Ok(Shape::None(format!("the {kind} \"{name}\" {reason}"))),
         None => Err(entry.malformed(attribute, &format!("there is no {kind} of that name"))),
-    }
-}
-
-/// Mass of a geom.
-#[derive(Clone, Copy, Debug)]
-struct Material {
-    /// kg, if it is stated.
-    mass: Option<f64>,
-    /// kg/m³ or kg/m².
-    density: f64,
-    is_shell: bool,
-}
-
-impl Material {
-    fn read(entry: &Entry<'_, '_>) -> Result<Self, LoadError> {
-        let out = Self {
-            density: entry.number("density")?.unwrap_or(DENSITY),
-            mass: entry.number("mass")?,
-            is_shell: entry.flag("shellinertia", false)?,
-        };
-        match (out.mass, out.density) {
-            (Some(mass), _) if mass < 0.0 => Err(entry.malformed("mass", "is negative")),
-            (_, density) if density < 0.0 => Err(entry.malformed("density", "is negative")),
-            _ => Ok(out),
-        }
-    }
-
-    fn is_nothing(&self) -> bool {
-        self.mass.unwrap_or(self.density) == 0.0
-    }
-}
-
-impl Geom {
-    /// The inertia of a geom in its parent; reads the file of a mesh.
-    ///
-    /// # Errors
-    /// The reason why it is not known.
-    pub(super) fn inertia(&self) -> Result<Inertia<f64>, String> {
-        let Material {
-            mass,
-            density,
-            is_shell,
-        } = self.material;
-        let distribution = match &self.shape {
-            _ if self.material.is_nothing() => None,
-            Shape::Simple(geometry) if is_shell => solids::shell(geometry),
-            Shape::Simple(geometry) => solids::solid(geometry),
-            Shape::Mesh(mesh) => return self.mesh_inertia(mesh),
-            Shape::Plane | Shape::Heights(_) | Shape::None(_) => None,
-        };
-        let own = distribution.map(|Distribution { measure, moments }| {
-            let mass = mass.unwrap_or(density * measure);
-            let moments = Symmetric3::diagonal(&(Vector3::from(moments) * mass));
-            Inertia::from_com(mass, &Vector3::zeros(), &moments)
-        });
-        Ok(own.map_or_else(Inertia::zero, |own| self.X.inertia(&own)))
-    }
-
-    fn mesh_inertia(&self, mesh: &MeshAsset) -> Result<Inertia<f64>, String> {
-        let Geometry::Mesh { uri, .. } = &mesh.geometry else {
-            return Ok(Inertia::zero());
-        };
-        let uri = short_reference(uri);
-        let without = |reason: String| {
-            format!(
-                "the mesh \"{uri}\" {reason}, so that it has no mass here: give the body an <inertial>"
-            )
-        };
-        if self.material.is_shell {
-            return Err(without("is a shell".into()));
-        }
-        let solid = mesh.solid().map_err(without)?;
-        let mass = self.material.mass.map(|mass| mass / solid.mass);
-        let own = solid.scaled(mass.unwrap_or(self.material.density));
-        Ok(self.X.inertia(&own))
     }
 }

@@ -130,7 +130,7 @@ pub(super) fn read(
 }
 
 /// A coefficient; those of higher powers are not used.
-fn first(
+pub(super) fn first(
     entry: &Entry<'_, '_>,
     name: &'static str,
     context: &mut Context<'_>,

@@ -53,7 +53,44 @@ pub(super) struct Options {
     pub(super) magnetic: [f64; 3],
     /// Whether bodies touch that a joint connects.
     pub(super) neighbours_touch: bool,
+    pub(super) acting: Acting,
 }
+
+/// Constraints of the format that act: flags disable them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Acting {
+    pub(super) contact: bool,
+    pub(super) equality: bool,
+    pub(super) limit: bool,
+    pub(super) friction: bool,
+}
+
+impl Acting {
+    fn update(&mut self, flags: &Entry<'_, '_>) -> Result<(), LoadError> {
+        for (name, own) in [
+            ("contact", &mut self.contact),
+            ("equality", &mut self.equality),
+            ("limit", &mut self.limit),
+            ("frictionloss", &mut self.friction),
+        ] {
+            *own = flags.word(name, &FLAG)?.unwrap_or(*own);
+        }
+        Ok(())
+    }
+
+    /// Those of a description; no constraint acts if the flag `constraint` is off.
+    fn all(is_on: bool) -> Self {
+        Self {
+            contact: is_on,
+            equality: is_on,
+            limit: is_on,
+            friction: is_on,
+        }
+    }
+}
+
+/// The words of a flag.
+const FLAG: [(&str, bool); 2] = [("enable", true), ("disable", false)];
 
 /// Reads the options; later elements win.
 pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Options, LoadError> {
@@ -68,8 +105,10 @@ pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Op
         gravity: DEFAULT_GRAVITY,
         magnetic: MAGNETIC,
         neighbours_touch: false,
+        acting: Acting::all(true),
     };
     let (mut weighs, mut sleeps, mut speed) = (true, false, SLEEP_SPEED);
+    let mut is_constrained = true;
     for node in world.node.all("option") {
         let entry = Entry::plain(node, &world.source.classes);
         out.update(&entry)?;
@@ -80,16 +119,20 @@ pub(super) fn read(world: &Part<'_, '_>, context: &mut Context<'_>) -> Result<Op
         note_solver(node, context);
         for flags in node.all("flag") {
             let entry = Entry::plain(flags, &world.source.classes);
-            let table = [("enable", true), ("disable", false)];
-            weighs = entry.word("gravity", &table)?.unwrap_or(weighs);
-            sleeps = entry.word("sleep", &table)?.unwrap_or(sleeps);
-            if let Some(is_filtered) = entry.word("filterparent", &table)? {
+            weighs = entry.word("gravity", &FLAG)?.unwrap_or(weighs);
+            sleeps = entry.word("sleep", &FLAG)?.unwrap_or(sleeps);
+            is_constrained = (entry.word("constraint", &FLAG)?).unwrap_or(is_constrained);
+            out.acting.update(&entry)?;
+            if let Some(is_filtered) = entry.word("filterparent", &FLAG)? {
                 out.neighbours_touch = !is_filtered;
             }
         }
     }
     if !weighs {
         out.gravity = [0.0; 3];
+    }
+    if !is_constrained {
+        out.acting = Acting::all(false);
     }
     let time = (SLEEP_STEPS * out.simulation.time_step).min(f64::MAX);
     out.simulation.sleeping = sleeps.then_some(Sleeping { speed, time });

@@ -20,7 +20,10 @@ pub(super) fn read_pair(
     let names = |names: [&'static str; 2]| -> Result<[String; 2], LoadError> {
         let name = |name| {
             let own = entry.text(name).ok_or_else(|| entry.missing(name));
-            own.map(|own| part.naming.of(own))
+            own.map(|own| match own {
+                WORLD => own.to_owned(),
+                _ => part.naming.of(own),
+            })
         };
         Ok([name(names[0])?, name(names[1])?])
     };

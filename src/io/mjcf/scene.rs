@@ -23,9 +23,9 @@ pub struct MjcfScene {
     pub reference: State,
     /// Actuators, in the order of the file; [`inputs`](Self::inputs) converts controls to the order of the simulator.
     pub actuation: Vec<MjcfActuator>,
-    /// Geoms with contact, the ground, and pairs of bodies with or without contact.
+    /// Geoms with contact, the ground, and pairs of bodies with or without contact; none if a flag disables contact.
     pub contacts: MjcfContacts,
-    /// Active equalities, as regularised constraints.
+    /// Active equalities, as regularised constraints, then springs and dampers of fixed tendons.
     pub constraints: Vec<Constraint>,
     /// Fixed tendons, in the order of the file.
     pub tendons: Vec<MjcfTendon>,

@@ -1,6 +1,8 @@
 //! Sensors: those that are modelled here, and the names of the others.
 
 use super::entry::Entry;
+use super::joint::Kind;
+use super::sections::Names;
 use super::walk::Part;
 use crate::error::LoadError;
 use crate::io::context::Context;
@@ -20,8 +22,8 @@ const RANGE: f64 = 1e3;
 /// Targets of sensors.
 pub(super) struct Target<'a> {
     pub(super) model: &'a Model,
-    /// Frames of sites.
-    pub(super) sites: &'a std::collections::HashMap<String, String>,
+    /// Kinds of joints, and frames of sites.
+    pub(super) names: &'a Names,
     /// The magnetic field in the world.
     pub(super) magnetic: [f64; 3],
 }
@@ -37,6 +39,7 @@ pub(super) fn read(
     let object = object.map(|name| part.naming.of(name)).unwrap_or_default();
     let kind = entry.node.tag();
     let noise = noise(&entry)?;
+    at.check(kind, &object, &entry)?;
     let sensor = at.sensor(kind, &object, &entry, noise.limit);
     entry.node.read_all();
     let remark = |reason: &str| format!("{reason}; kept in the scene");
@@ -90,7 +93,42 @@ const UNKNOWN: &str = "measures at what the model does not have";
 /// Reason of a kind that there is not.
 const NOT_MODELLED: &str = "is not modelled";
 
+/// The attributes of which a sensor of a kind needs one.
+fn needed(kind: &str) -> &'static [&'static str] {
+    match kind {
+        "rangefinder" => &["site", "camera"],
+        "gyro" | "accelerometer" | "magnetometer" | "velocimeter" | "force" | "torque"
+        | "touch" | "camprojection" | "insidesite" => &["site"],
+        _ if kind.starts_with("joint") || kind.starts_with("ball") => &["joint"],
+        _ if kind.starts_with("frame") => &["objname"],
+        _ if kind.starts_with("tendon") => &["tendon"],
+        _ if kind.starts_with("actuator") => &["actuator"],
+        _ if kind.starts_with("subtree") => &["body"],
+        _ => &[],
+    }
+}
+
 impl Target<'_> {
+    /// Checks that a sensor states an object, and one of its kind.
+    fn check(&self, kind: &str, object: &str, entry: &Entry<'_, '_>) -> Result<(), LoadError> {
+        let needed = needed(kind);
+        if let [name, ..] = needed
+            && needed.iter().all(|name| entry.text(name).is_none())
+        {
+            return Err(entry.missing(name));
+        }
+        let of_joint = self.names.kinds.get(object).filter(|_| needed == ["joint"]);
+        match of_joint {
+            Some(joint) if kind.starts_with("joint") && !joint.is_single() => {
+                Err(entry.malformed("joint", "is neither a hinge nor a slide"))
+            }
+            Some(joint) if kind.starts_with("ball") && *joint != Kind::Ball => {
+                Err(entry.malformed("joint", "is not a ball joint"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn sensor(&self, kind: &str, object: &str, entry: &Entry<'_, '_>, limit: f64) -> Found {
         let site = || self.site(object);
         let of_frame = || self.frame(object, entry);
@@ -137,7 +175,7 @@ impl Target<'_> {
     }
 
     fn site(&self, name: &str) -> Result<FrameId, &'static str> {
-        let frame = self.sites.get(name).map_or(name, String::as_str);
+        let frame = self.names.sites.get(name).map_or(name, String::as_str);
         self.model.frame(frame).ok_or(UNKNOWN)
     }
 

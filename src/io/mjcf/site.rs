@@ -30,6 +30,7 @@ pub(super) fn read(
     for name in LOOKS {
         entry.value(name);
     }
+    part.source.assets.material(&entry)?;
     let placement = match ends(&entry)? {
         Some(ends) => ends.X,
         None => pose(&entry, &part.source.compiler)?,

@@ -70,7 +70,8 @@ impl<'a> InverseInertias<'a> {
         };
         let com = match body.inertia.mass {
             mass if mass > 0.0 => body.inertia.com(),
-            _ => Vector3::zeros(),
+            // Without mass `MuJoCo` takes the place of the body in its parent for that of the centre of mass in the body, as was measured.
+            _ => body.X_PB.translation,
         };
         let mut J = frame_jacobian(self.model, self.q, frame, Representation::Mixed);
         let R = frame_pose(self.model, self.q, frame).rotation;

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::assemble::reference;
 use super::body::Bodies;
+use super::reference::reference;
 use crate::dynamics::forward_dynamics;
 use crate::error::LoadError;
 use crate::model::{Base, Model, ModelBuilder, Spring};

@@ -101,6 +101,13 @@ impl<'t> Node<'t> {
         Some(&found.value)
     }
 
+    /// The text of an attribute that is not empty, which does not count as read.
+    pub(super) fn peek(self, name: &str) -> Option<&'t str> {
+        let mut own = self.element().attributes.iter();
+        let found = own.find(|attribute| &*attribute.name == name)?;
+        Some(found.value.trim()).filter(|text| !text.is_empty())
+    }
+
     /// The text of an attribute that is not empty.
     pub(super) fn filled(self, name: &'static str) -> Option<&'t str> {
         self.attribute(name).filter(|text| !text.trim().is_empty())

@@ -117,6 +117,9 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
         ("option", "wind" | "density" | "viscosity") => "fluid forces are not modelled",
         ("option", "magnetic") => "magnetic fields are not modelled",
         ("option", _) => "a setting of another simulator",
+        ("flag", "actuation" | "spring" | "damper" | "clampctrl") => {
+            "not modelled: these forces act here"
+        }
         ("flag", _) => "a setting of another simulator",
         ("compiler", _) => "a setting of another simulator's compiler",
         (_, "solreflimit" | "solimplimit") => {
@@ -127,12 +130,8 @@ fn attribute_reason((tag, name): (&str, &str)) -> &'static str {
         ("joint", "actuatorgravcomp") => "gravity compensation does not count as an actuator force",
         ("geom", "fluidshape" | "fluidcoef") => "fluid forces are not modelled",
         ("geom", "fitscale") => "belongs to a shape that is not read",
-        (
-            "fixed" | "tendon",
-            "range" | "limited" | "solreflimit_" | "springlength" | "stiffness" | "damping"
-            | "frictionloss" | "armature",
-        ) => {
-            "tendons have no forces of their own: a tendon constraint holds one, with a spring if it is to yield"
+        ("fixed" | "tendon", "range" | "limited" | "frictionloss" | "armature") => {
+            "limits, friction and inertia of tendons are not modelled"
         }
         ("key", "act" | "mpos" | "mquat") => "belongs to something that is not modelled",
         ("body", "sleep") => {

@@ -22,13 +22,22 @@ pub(super) fn read(entry: &Entry<'_, '_>, name: &str) -> Result<Result<String, S
         return Err(entry.malformed("vertex", "a number is beyond single precision"));
     }
     let faces = faces(entry, vertices.len())?;
-    Ok(match faces {
-        Some(faces) => Ok(mesh::reference(name, &vertices, &faces)),
+    Ok(reference(name, vertices, faces))
+}
+
+/// A reference that contains a mesh, without triangles that of its convex hull; or the reason why it cannot be used.
+pub(super) fn reference(
+    name: &str,
+    vertices: Vec<[f32; 3]>,
+    triangles: Option<Vec<[u32; 3]>>,
+) -> Result<String, String> {
+    match triangles {
+        Some(triangles) => Ok(mesh::reference(name, &vertices, &triangles)),
         None => mesh::hull(vertices).map(|hull| {
             let part = &hull.parts[0];
             mesh::reference(name, &part.vertices, &part.triangles)
         }),
-    })
+    }
 }
 
 fn faces(entry: &Entry<'_, '_>, vertices: usize) -> Result<Option<Vec<[u32; 3]>>, LoadError> {

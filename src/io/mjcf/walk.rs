@@ -20,6 +20,9 @@ pub(super) const MAX_ADDED: usize = 10_000;
 /// Bytes that prefixes and suffixes may add to names: nested replicas and long prefixes would make them grow with the square of the text.
 const MAX_NAMING: usize = 4 << 20;
 
+/// Bytes of the place of a replica among others, which namings keep.
+const PLACE: usize = size_of::<[usize; 2]>();
+
 /// Most models that are attached: each is searched for its body.
 const MAX_ATTACHED: usize = 500;
 
@@ -59,7 +62,7 @@ impl<'t, 'c> Part<'t, 'c> {
 
     /// Its name, if it has one.
     pub(super) fn name(&self) -> Option<String> {
-        self.node.filled("name").map(|name| self.naming.of(name))
+        self.node.filled("name").map(|name| self.naming.own(name))
     }
 
     /// The class of its child elements.
@@ -165,14 +168,15 @@ impl<'t, 'c> Walk<'t, 'c> {
         );
         let separator = part.node.attribute("sep").unwrap_or_default();
         let digits = count.saturating_sub(1).to_string().len();
-        let length = part.naming.len() + separator.len() + digits;
+        let length = part.naming.len() + separator.len() + digits + PLACE;
         self.count_naming(part, count.saturating_mul(length))?;
         let class = part.class_inside()?;
         let mut X = part.X;
         let mut replicas = Vec::with_capacity(count);
         for number in 0..count {
-            let number = format!("{separator}{number:0digits$}");
-            replicas.push((part.naming.replica(&number), X));
+            let name = format!("{separator}{number:0digits$}");
+            let at = [part.node.index, number];
+            replicas.push((part.naming.replica(&name, at), X));
             X = X * step;
         }
         for (naming, X) in replicas.into_iter().rev() {
