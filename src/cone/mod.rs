@@ -1,8 +1,10 @@
 //! Forces of contacts and constraints: one solver for bilateral, unilateral, bounded and frictional rows.
 //!
 //! Find f with y = (G + diag R) f + g such that the law of each block holds: y = 0, or 0 ≤ f ⊥ y ≥ 0, or y = 0 within a force bound, or friction in a
-//! cone, either convex or Coulomb's law with De Saxcé's correction, or a moment within a multiple of the normal force of a cone. The solver combines six ideas:
+//! cone, either convex or Coulomb's law with De Saxcé's correction, or a moment within a multiple of the normal force of a cone. The solver combines seven ideas:
 //!
+//! * **First guess.** Of a few regularised rows, those that approach stick and the others are separated. If the forces for which this holds obey all laws,
+//!   they are the solution, in all lanes at once.
 //! * **Active set.** Each law says  f = Π(f − ŷ), and the projection Π on the cone is smooth on each of three pieces: separated, sticking, sliding;
 //!   that on an interval has three pieces as well: at either bound, and between. Newton's method on the active set, the pieces that hold at the last
 //!   forces, needs few steps, and often one from a warm start.
@@ -57,6 +59,7 @@ mod second_order_cone;
 mod sensitivity;
 mod smoothed;
 mod solver;
+mod sticking;
 mod system;
 #[cfg(test)]
 mod tests;

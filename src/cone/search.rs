@@ -341,7 +341,7 @@ impl Search {
         }
     }
 
-    fn measure_unregularized(&mut self) -> Certificate {
+    pub(super) fn measure_unregularized(&mut self) -> Certificate {
         if self.regularization == 0.0 {
             return measure(&self.newton);
         }

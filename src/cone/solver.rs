@@ -2,16 +2,30 @@
 
 use super::certificate::{Certificate, Mode, Status, mode};
 use super::lane::LaneProblem;
+use super::newton::Newton;
 use super::problem::{BlockProblem, ConeProblem};
 use super::recorded::Recorded;
 use super::search::Search;
 use super::smoothed::Smoothed;
+use super::sticking::{Guess, MOST_TOGETHER};
 use super::transposed::Transposed;
 use crate::scalar::{Scalar, is_more_than_values};
 
 /// Tikhonov regularisation of a problem without solution, relative to its diagonal. Bilateral rows that contradict each other then share the error,
 /// and the inverse of this value bounds the ratio of their forces to consistent ones.
 pub const REGULARIZATION: f64 = 1e-4;
+
+/// Tolerance that a first guess meets: its error is rounding.
+const ROUNDING: f64 = 1e-12;
+/// Of a first guess that is the solution.
+const GUESSED: Certificate = Certificate {
+    status: Status::Converged,
+    iterations: 1,
+    residual: 0.0,
+    cone_violation: 0.0,
+    complementarity: 0.0,
+    dual_violation: 0.0,
+};
 
 /// Options of a [`ConeSolver`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,6 +106,9 @@ pub struct ConeSolver<T: Scalar = f64> {
     pub(super) search: Search,
     /// Of several lanes, the one at hand.
     lane: LaneProblem,
+    guess: Guess<f64>,
+    /// Of several lanes, all at once.
+    guesses: Guess<T>,
     /// For numbers without values.
     recorded: Recorded<T>,
     pub(super) blocks: usize,
@@ -111,6 +128,8 @@ impl<T: Scalar> ConeSolver<T> {
             options: ConeOptions::default(),
             search: Search::default(),
             lane: LaneProblem::default(),
+            guess: Guess::new(),
+            guesses: Guess::new(),
             recorded: Recorded::default(),
             blocks: 0,
             modes: Vec::with_capacity(blocks * T::LANES),
@@ -120,8 +139,11 @@ impl<T: Scalar> ConeSolver<T> {
             transposed: Transposed::new(rows),
         };
         solver.search.reserve(rows);
+        let few = rows.min(MOST_TOGETHER);
+        solver.guess.reserve(few);
         if T::LANES > 1 {
             solver.lane.reserve(rows);
+            solver.guesses.reserve(few);
         }
         solver
     }
@@ -135,7 +157,7 @@ impl<T: Scalar> ConeSolver<T> {
 
     /// Solves a problem in `f64`, lane by lane, and differentiates the solution.
     ///
-    /// Costs O(n³) per step, without allocation. It takes no step from the solution itself, a few from forces nearby, a few tens by proximal steps or
+    /// Costs O(n³) per step, without allocation. It takes no step from the solution itself, one where contacts that approach stick, a few from forces nearby, a few tens by proximal steps or
     /// the path, and hundreds for the rare Coulomb problem that is solved as a sequence of convex ones.
     ///
     /// * `f` – on entry the initial values, such as the forces of the last time step, or zeros; on return the forces, length n
@@ -168,8 +190,12 @@ impl<T: Scalar> ConeSolver<T> {
             self.recorded.solve(problem, self.options.smoothing, f);
             return certificate;
         }
+        let guessed = self.guess_together(problem, f);
         for lane in 0..T::LANES {
-            let own = self.solve_lane(problem, f, lane);
+            let own = match guessed {
+                Some(found) if found.value(lane) > 0.0 => GUESSED,
+                _ => self.solve_lane(problem, f, lane, guessed.is_none()),
+            };
             self.statuses.push(own.status);
             certificate = certificate.worse(own);
         }
@@ -189,35 +215,113 @@ impl<T: Scalar> ConeSolver<T> {
         &self.statuses
     }
 
+    /// Whether a first guess counts as a solution: it is exact but for rounding.
+    fn may_guess(&self) -> bool {
+        let ConeOptions {
+            smoothing,
+            tolerance,
+            iterations,
+            ..
+        } = self.options;
+        smoothing == 0.0 && tolerance >= ROUNDING && iterations > 0
+    }
+
+    /// Makes a first guess in all lanes at once, and takes over what it has found. Returns 1 in lanes in which that is the solution, 0 in others; `None` if
+    /// each lane makes its own guess.
+    fn guess_together(&mut self, problem: &ConeProblem<'_, T>, f: &mut [T]) -> Option<T> {
+        if const { T::LANES == 1 } {
+            return None;
+        }
+        let is_exact = T::constant(1.0 + f64::EPSILON).value(0) > 1.0;
+        let may = f.len() <= MOST_TOGETHER && is_exact && self.may_guess();
+        if !may || self.options.measured {
+            return None;
+        }
+        let found = self.guesses.solve(problem, f, |x| *x);
+        for (f, &own) in f.iter_mut().zip(&self.guesses.f) {
+            *f = T::zero().select_lt(found, own, *f);
+        }
+        Some(found)
+    }
+
     fn solve_lane(
         &mut self,
         problem: &ConeProblem<'_, T>,
         f: &mut [T],
         lane: usize,
+        guesses: bool,
     ) -> Certificate {
-        let finite = if const { T::LANES > 1 } {
+        if const { T::LANES > 1 } {
             self.lane.read(problem, f, lane);
-            (self.search).start(&self.lane.problem(), &self.lane.forces, 0)
-        } else {
-            self.search.start(problem, f, lane)
+        }
+        let (certificate, is_found) = match guesses && self.guess_lane(problem, f) {
+            true => (self.accept_guess(problem, f), true),
+            false => (self.search_lane(problem, f), false),
         };
+        if T::LANES > 1 {
+            f.iter_mut().for_each(|f| set_lane(f, lane, 0.0));
+        }
+        let Newton {
+            f: forces, system, ..
+        } = &self.search.newton;
+        for k in 0..forces.len() {
+            let row = if T::LANES > 1 { self.lane.rows[k] } else { k };
+            let force = if is_found {
+                self.guess.f[k]
+            } else {
+                forces[k] * system.scale[k]
+            };
+            set_lane(&mut f[row], lane, force);
+        }
+        if self.options.measured {
+            self.find_modes();
+        }
+        certificate
+    }
+
+    /// Makes a first guess. Returns whether it is the solution.
+    fn guess_lane(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) -> bool {
+        let found = match const { T::LANES > 1 } {
+            _ if !self.may_guess() => 0.0,
+            true => (self.guess).solve(&self.lane.problem(), &self.lane.forces, |x| *x),
+            false => self.guess.solve(problem, f, |x| x.value(0)),
+        };
+        found > 0.0
+    }
+
+    /// Reads the problem that has been guessed, for derivatives and modes.
+    fn accept_guess(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) -> Certificate {
+        self.read_problem(problem, f);
+        let Newton { f, system, .. } = &mut self.search.newton;
+        for k in 0..f.len() {
+            f[k] = self.guess.f[k] / system.scale[k];
+        }
+        self.search.adopt(&self.options, 0.0);
+        let measured = self.options.measured;
+        let measured = measured.then(|| self.search.measure_unregularized());
+        Certificate {
+            iterations: GUESSED.iterations,
+            ..measured.unwrap_or(GUESSED)
+        }
+    }
+
+    /// Reads the lane at hand into the solver. `false` if a number is not finite.
+    fn read_problem(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) -> bool {
+        match const { T::LANES > 1 } {
+            true => (self.search).start(&self.lane.problem(), &self.lane.forces, 0),
+            false => self.search.start(problem, f, 0),
+        }
+    }
+
+    /// Solves the problem at hand.
+    fn search_lane(&mut self, problem: &ConeProblem<'_, T>, f: &[T]) -> Certificate {
+        let finite = self.read_problem(problem, f);
         let mut certificate = Certificate::default();
         if finite {
             certificate = self.search.run(&self.options);
         }
         if !finite || !self.search.is_finite() {
             certificate = self.search.give_up();
-        }
-        if T::LANES > 1 {
-            f.iter_mut().for_each(|f| set_lane(f, lane, 0.0));
-        }
-        let newton = &self.search.newton;
-        for (k, (force, scale)) in newton.f.iter().zip(&newton.system.scale).enumerate() {
-            let row = if T::LANES > 1 { self.lane.rows[k] } else { k };
-            set_lane(&mut f[row], lane, force * scale);
-        }
-        if self.options.measured {
-            self.find_modes();
         }
         certificate
     }

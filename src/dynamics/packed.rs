@@ -5,6 +5,8 @@
 
 use std::ops::{Add, Range};
 
+use nalgebra::Vector3;
+
 use super::aba::{ALL, Driven, Working, accelerations, inward, outward};
 use super::packed_tree::{Gather, PackedTree, WIDTH, lanes};
 use super::rnea::{RneaScratch, world_acceleration};
@@ -132,14 +134,23 @@ impl PackedScratch {
                 out.set_motion(i, prefix.factor.X_PB[i], prefix.V[i], prefix.A[i]);
                 continue;
             };
-            let X_PB = working.factor.X_PB[level].to_entries();
-            let [V, A] = [&working.V, &working.A].map_each(|own| own[level].to_array());
-            out.set_motion(
-                i,
-                Transform::from_entries(in_lane(X_PB.each_ref(), lane)),
-                Motion::from_array(in_lane(V.each_ref(), lane)),
-                Motion::from_array(in_lane(A.each_ref(), lane)),
-            );
+            // Where they lie: copies of all lanes would be most of the work.
+            let Transform {
+                rotation: R,
+                translation: p,
+            } = &working.factor.X_PB[level];
+            let [V, A] = [&working.V, &working.A].map_each(|own| {
+                let Motion { linear, angular } = &own[level];
+                let both = [linear, angular].map_each(|x| in_lane([&x.x, &x.y, &x.z], lane));
+                let [linear, angular] = both.map_each(Vector3::from);
+                Motion::new(linear, angular)
+            });
+            let rows = [
+                &R.m11, &R.m12, &R.m13, &R.m21, &R.m22, &R.m23, &R.m31, &R.m32, &R.m33, &p.x, &p.y,
+                &p.z,
+            ];
+            let X_PB = Transform::from_entries(in_lane(rows, lane));
+            out.set_motion(i, X_PB, V, A);
         }
     }
 

@@ -71,6 +71,18 @@ impl<'a, P: Scalar, T: Over<P>> EvaluationPoint<'a, P, T> {
         }
     }
 
+    /// The forces of a step that has been taken: whether anything rotates fast matters to those of constraints alone.
+    pub(crate) fn after_step(simulator: &'a Simulator<P>, state: &'a State<T>, u: &'a [T]) -> Self {
+        if !simulator.constraints().is_empty() {
+            return Self::of_step(simulator, state, u);
+        }
+        Self {
+            at_end: simulator.at_end(),
+            is_instant: false,
+            ..Self::instant(simulator, state, u)
+        }
+    }
+
     /// The forces of a step of another length, s, in which nothing rotates fast.
     pub(crate) fn lasting(
         simulator: &'a Simulator<P>,

@@ -64,6 +64,7 @@ mod implicit;
 mod implicit_midpoint;
 mod integrators;
 mod joint_kinds;
+mod joint_limits;
 mod link_distances;
 #[cfg(feature = "live")]
 mod live;

@@ -138,6 +138,44 @@ fn solver_parameters_are_read_within_their_bounds() {
     assert!((flat.at(1.0) - 0.6_f64).abs() < 1e-12 && (flat.at(0.0) - 0.6_f64).abs() < 1e-12);
 }
 
+// As `body_invweight0[0]` of MuJoCo 4.0: 1 / m of bodies that slide along their own axes, else the mean over three axes.
+#[test]
+fn inverse_mass_of_a_slider_is_that_of_its_body() {
+    let x = "<joint type='slide' axis='1 0 0'/>";
+    let joints =
+        |joints: &str| format!("<body name='b'>{joints}<geom size='0.1' mass='2'/></body>");
+    let beside = |inside: &str| format!("<body name='b'>{x}{inside}</body>");
+    let small = "<geom size='0.1' mass='2'/><body><geom size='0.1' mass='1'/></body>";
+    for (body, expected) in [
+        (joints(x), 0.5),
+        (
+            joints(&format!("{x}<joint type='slide' axis='0 0 -3'/>")),
+            0.5,
+        ),
+        (joints(&x.replace("/>", " armature='3'/>")), 0.5),
+        (format!("<body euler='10 0 0'>{}</body>", joints(x)), 0.5),
+        (joints("<joint type='slide' axis='1 1 0'/>"), 0.5 / 3.0),
+        (joints(&x.replace("/>", " pos='1 0 0'/>")), 0.5 / 3.0),
+        (joints(&format!("{x}<joint type='hinge'/>")), 0.5 / 3.0),
+        (
+            beside("<geom size='0.1' mass='2' pos='0.1 0 0'/>"),
+            0.5 / 3.0,
+        ),
+        (
+            beside("<geom type='box' size='0.1 0.2 0.3' mass='2' euler='20 30 0'/>"),
+            0.5 / 3.0,
+        ),
+        (beside(small), 1.0 / 9.0),
+    ] {
+        let (scene, _) = text(&format!(
+            "<mujoco><worldbody>{body}</worldbody><equality><connect body1='b' anchor='0 0 0'/></equality></mujoco>"
+        ));
+        let soft = scene.constraints[0].regularisation().expect("soft");
+        let error = soft.inverse_mass - expected;
+        assert!(error.abs() < 1e-12, "{body}: {}", soft.inverse_mass);
+    }
+}
+
 // A carried box that is also stuck to the wall: no motion obeys both.
 #[test]
 fn contradictory_equalities_share_the_load() {

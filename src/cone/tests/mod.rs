@@ -7,6 +7,7 @@ mod hostile;
 mod intervals;
 mod optimality;
 mod smoothing;
+mod sticking;
 
 use super::{Block, Certificate, ConeOptions, ConeProblem, ConeSolver, Law, Mode};
 use crate::scalar::Scalar;

@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 
 use super::body::{Bodies, BodyEntry};
 use super::entry::Entry;
+use super::joint::{JointEntry, Kind};
 use super::solver_parameters::{SOLIMP, SOLREF, impedance, reference};
 use crate::constraint::{Anchor, Constraint, Regularisation};
 use crate::dynamics::{forward_dynamics, frame_jacobian, frame_pose};
@@ -16,7 +17,7 @@ use crate::error::LoadError;
 use crate::model::{FrameId, Model};
 use crate::nested::IntoNested;
 use crate::scalar::MapEach;
-use crate::spatial::Representation;
+use crate::spatial::{Inertia, Representation};
 
 /// Rows of a Jacobian of position, of as many as there are.
 const LINEAR: usize = 3;
@@ -60,7 +61,8 @@ impl<'a> InverseInertias<'a> {
         entries.map(|((a, own), c)| (a - own) * c).sum()
     }
 
-    /// Mean inverse mass and inverse inertia of the centre of mass of a body; 0 for the world.
+    /// Mean inverse mass and inverse inertia of the centre of mass of a body; 0 for the world. The mean is over three axes, also where the body moves along
+    /// fewer; only of a [slider](Bodies::is_slider) the inverse mass is that of the body.
     pub(super) fn of_body(&self, body: Option<&BodyEntry>) -> [f64; 2] {
         let Some(body) = body else {
             return [0.0; 2];
@@ -68,6 +70,9 @@ impl<'a> InverseInertias<'a> {
         let Some(frame) = self.model.frame(&body.name) else {
             return [0.0; 2];
         };
+        if self.bodies.is_slider(body) {
+            return [1.0 / body.inertia.mass, 0.0];
+        }
         let com = match body.inertia.mass {
             mass if mass > 0.0 => body.inertia.com(),
             // Without mass `MuJoCo` takes the place of the body in its parent for that of the centre of mass in the body, as was measured.
@@ -110,6 +115,37 @@ impl<'a> InverseInertias<'a> {
             placed.collect()
         });
         on_sites.get(&anchor.frame?).copied()
+    }
+}
+
+impl Bodies {
+    /// Whether a body on the ground, which carries no other, moves along axes of its own frame alone, and that is the frame of its inertia: `MuJoCo` handles
+    /// such bodies apart.
+    fn is_slider(&self, body: &BodyEntry) -> bool {
+        let Inertia {
+            mass,
+            first_moment,
+            rotational: I,
+        } = &body.inertia;
+        let has_mass = *mass > 0.0 && *first_moment == Vector3::zeros();
+        let is_diagonal = [I.xy, I.xz, I.yz] == [0.0; 3];
+        let slides = |joint: &JointEntry| {
+            let along = joint.axis.axis.iter().filter(|x| **x != 0.0).count() == 1;
+            joint.kind == Kind::Slide && along && joint.anchor == Vector3::zeros()
+        };
+        let carries = |other: &BodyEntry| std::ptr::eq(&raw const self.entries[other.parent], body);
+        has_mass
+            && is_diagonal
+            && !body.joints.is_empty()
+            && body.joints.iter().all(slides)
+            && self.is_fixed(body.parent)
+            && !self.entries.iter().skip(1).any(carries)
+    }
+
+    /// Whether a body and all that carry it have no joints.
+    fn is_fixed(&self, index: usize) -> bool {
+        let body = &self.entries[index];
+        body.joints.is_empty() && (index == 0 || self.is_fixed(body.parent))
     }
 }
 

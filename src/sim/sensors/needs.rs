@@ -12,6 +12,8 @@ pub(super) struct Needs {
     pub(super) moving: Vec<usize>,
     /// Bodies whose accelerations are needed, each with all of its ancestors.
     pub(super) accelerated: Vec<usize>,
+    /// Bodies whose motions sensors read, where all are known: without the ancestors from which they follow.
+    pub(super) read: Vec<usize>,
     /// Bodies whose poses in the world are needed, each with all of its ancestors.
     pub(super) placed: Vec<usize>,
     /// Bodies whose joints' forces are needed, each with all of its descendants.
@@ -23,6 +25,7 @@ struct Marks<'a> {
     model: &'a Model,
     moving: Vec<bool>,
     accelerated: Vec<bool>,
+    read: Vec<bool>,
     placed: Vec<bool>,
     loaded: Vec<bool>,
 }
@@ -42,6 +45,7 @@ impl Needs {
     pub(super) fn with_all_placed(&self, n: usize) -> Self {
         Self {
             moving: (0..n).collect(),
+            read: (0..n).collect(),
             placed: (0..n).collect(),
             ..self.clone()
         }
@@ -55,6 +59,7 @@ impl<'a> Marks<'a> {
             model,
             moving: none.clone(),
             accelerated: none.clone(),
+            read: none.clone(),
             placed: none.clone(),
             loaded: none,
         }
@@ -65,6 +70,10 @@ impl<'a> Marks<'a> {
         let body = sensor
             .frame()
             .and_then(|frame| model.frames()[frame.0].body);
+        if let Some(body) = body {
+            let is_contact = matches!(sensor, Sensor::Touch(_) | Sensor::ContactForce(_));
+            self.read[body.0] |= !is_contact;
+        }
         match *sensor {
             Sensor::JointForce(joint) => {
                 (model.joint_bodies(joint)).for_each(|id| self.load(id));
@@ -109,6 +118,9 @@ impl<'a> Marks<'a> {
         for i in (0..self.loaded.len()).filter(|&i| self.loaded[i]) {
             mark(self.model, &mut self.accelerated, Some(BodyId(i)));
         }
+        for (i, read) in self.read.iter_mut().enumerate() {
+            *read |= self.loaded[i] || self.placed[i];
+        }
         let others = self.accelerated.iter().zip(&self.placed);
         for (moving, (accelerated, placed)) in self.moving.iter_mut().zip(others) {
             *moving |= accelerated | placed;
@@ -117,6 +129,7 @@ impl<'a> Marks<'a> {
         Needs {
             moving: list(&self.moving),
             accelerated: list(&self.accelerated),
+            read: list(&self.read),
             placed: list(&self.placed),
             loaded: list(&self.loaded),
         }

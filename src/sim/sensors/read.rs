@@ -171,7 +171,7 @@ impl Sensors {
         simulator.check(state);
         let mut signals = std::mem::take(&mut scratch.signals);
         let signal = signals.find(simulator, state, u);
-        let at = EvaluationPoint::of_step(simulator, state, signal);
+        let at = EvaluationPoint::after_step(simulator, state, signal);
         self.read_found(&at, step.acceleration(), scratch, out);
         scratch.signals = signals;
     }
@@ -250,7 +250,7 @@ fn motions<'a, P: Scalar, T: Over<P>>(
             accelerations_of_some(model, &needs.accelerated, motions, [v, a], rnea)
         }
         FoundMotions::Packed(aba) => {
-            aba.copy_packed_motions(&needs.moving, rnea);
+            aba.copy_packed_motions(&needs.read, rnea);
             rnea.accelerated()
         }
         FoundMotions::Nothing => {

@@ -15,7 +15,7 @@ use crate::dynamics::{
 use crate::model::manifold::{q_range, v_range};
 use crate::model::{Body, BodyId, Coupling, FrameId, JointId};
 use crate::scalar::{Over, Scalar};
-use crate::spatial::linear::{cross, dot, lift_vector, rotate, rotate_back, scale};
+use crate::spatial::linear::{cross, dot, lift_matrix, lift_vector, rotate, rotate_back, scale};
 use crate::spatial::{Force, Motion, Quaternion, Representation, Transform};
 
 impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
@@ -25,7 +25,7 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
             Sensor::JointPosition(joint) => self.positions(joint, out),
             Sensor::JointVelocity(joint) => self.velocities(joint, out),
             Sensor::JointForce(joint) => self.joint_forces(joint, out),
-            Sensor::Gyro(frame) => write(&self.frame_velocity(frame).angular, out),
+            Sensor::Gyro(frame) => write(&self.angular_velocity(frame), out),
             Sensor::Accelerometer(frame) => write(&self.specific_force(frame), out),
             Sensor::Magnetometer { frame, field } => {
                 let field = Vector3::from(field).map(T::constant);
@@ -57,6 +57,9 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
                 out.copy_from_slice(&self.in_frame(frame, &force).to_array());
             }
             Sensor::Touch(frame) => out[0] = self.touch(placed.link.unwrap_or(frame)),
+            Sensor::ContactForce(_) if self.at.simulator.contacts().is_none() => {
+                out.fill(T::zero());
+            }
             Sensor::ContactForce(frame) => {
                 let force = self.contact_on(placed.link.unwrap_or(frame));
                 out.copy_from_slice(&self.in_frame(frame, &force).to_array());
@@ -143,6 +146,13 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
         X_BF.motion_inverse(&self.velocity(own.body))
     }
 
+    /// The angular velocity of a frame, seen from it.
+    fn angular_velocity(&self, frame: FrameId) -> Vector3<T> {
+        let own = self.at.model().frame_of(frame);
+        let R_BF = lift_matrix::<P, T>(&own.placement.rotation);
+        rotate_back(&R_BF, &self.velocity(own.body).angular)
+    }
+
     /// The spatial acceleration of a frame, seen from it, with that of the world against gravity.
     fn frame_acceleration(&self, frame: FrameId) -> Motion<T> {
         let own = self.at.model().frame_of(frame);
@@ -178,7 +188,7 @@ impl<P: Scalar, T: Over<P>> Moment<'_, P, T> {
         let contact = &self.found.terms.contact;
         let points = contact.points.iter().zip(&contact.forces).enumerate();
         points.fold(T::zero(), |sum, (i, (point, force))| {
-            match contact.law_and_links(contacts, i).1.contains(&link) {
+            match contact.links(contacts, i).contains(&link) {
                 true => sum + dot(&point.normal, force),
                 false => sum,
             }

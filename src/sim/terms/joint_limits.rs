@@ -2,8 +2,13 @@
 //!
 //! At an instant a joint limit pushes with the force of its law. Over a step whose joint forces are those of its end, a joint limit with the spring s and the
 //! damper c pushes with f = s (δ − Δt w⁺) − c w⁺ at the depth δ, where w is the velocity out of it: one more entry of a damper and a spring
-//! while f > 0. Without a solver, limits that would pull are released, and the acceleration is computed again without them, until none pulls. With a
-//! solver each limit is a compliant row: the same law. Only where a released limit would have to push again do the two differ.
+//! while f > 0. With a solver each limit is a compliant row. Without a solver, an active set contains the limits that push. Forward dynamics shows which
+//! of them pull, and which of the others would be entered; these change, and the acceleration is computed again, until none does. The forces are a monotone
+//! function of the acceleration and M is positive definite, so there is one solution, the same both ways. Changes of all limits at once usually find it in
+//! one or two rounds, and changes of the first limit alone always do.
+//!
+//! # References
+//! [Júdice & Pires 1994].
 
 use std::marker::PhantomData;
 
@@ -14,7 +19,7 @@ use super::sink::{Acting, CoordinateSink, DerivativePoint, Sink};
 use super::term::{Term, TermDerivatives};
 use crate::cone::Block;
 use crate::contact::StepForce;
-use crate::dynamics::AbaScratch;
+use crate::dynamics::{AbaScratch, BEYOND};
 use crate::scalar::{Dual, MapEach, Over, Scalar};
 use crate::sim::actuation::{End, OfActuator};
 use crate::sim::balance::Balance;
@@ -67,36 +72,45 @@ impl<T: Scalar> Stop<T> {
         self.force.resistance.value(0) > 0.0
     }
 
-    /// Releases the joint limit in the lanes where it pulls at the acceleration `a`. Returns its previous force, negative there.
-    fn release<D: Scalar>(&mut self, dt: D, a: &[T]) -> T
-    where
-        T: Over<D>,
-    {
-        let zero = T::zero();
-        let StepForce { push, resistance } = self.force;
-        let force = push - resistance * a[self.coordinate] * (dt * self.inward);
-        self.force = StepForce {
-            push: force.select_lt(zero, zero, push),
-            resistance: force.select_lt(zero, zero, resistance),
-        };
-        force
-    }
-
-    /// 1 in lanes in which the joint limit obeys its law at the acceleration `a`, 0 in those in which it has been released and would push.
-    fn obeys<D: Scalar>(&self, dt: D, a: &[T]) -> T
+    /// 1 in lanes in which the joint limit breaks its law at the acceleration `a`, since it pulls, or is released and would push; 0 in others.
+    ///
+    /// * `all_push` – whether none has been released yet
+    fn breaks<D: Scalar>(&self, dt: D, a: &[T], all_push: bool) -> T
     where
         T: Over<D>,
     {
         let (zero, one) = (T::zero(), T::one());
         let StepForce { push, resistance } = self.whole;
         let force = push - resistance * a[self.coordinate] * (dt * self.inward);
-        let held = zero.select_lt(self.force.resistance, zero, force);
-        zero.select_lt(held, zero, one)
+        let pulls = force.select_lt(zero, one, zero);
+        match all_push {
+            true => pulls,
+            false => self.select(pulls, (push.abs() * BEYOND).select_lt(force, one, zero)),
+        }
+    }
+
+    /// One of two numbers, in each lane.
+    fn select(&self, where_pushing: T, where_released: T) -> T {
+        T::zero().select_lt(self.force.resistance, where_pushing, where_released)
+    }
+
+    /// Releases or engages the joint limit in lanes in which `changes` is positive.
+    fn change(&mut self, changes: T) {
+        let zero = T::zero();
+        let next = |own, whole| zero.select_lt(changes, self.select(zero, whole), own);
+        self.force = StepForce {
+            push: next(self.force.push, self.whole.push),
+            resistance: next(self.force.resistance, self.whole.resistance),
+        };
     }
 }
 
-/// Rounds in which pulling limits are released while the step is recorded: in the first all within reach push, in the second usually all that remain.
+/// Rounds while a step is recorded: in the first all within reach push, in the second usually all that remain.
 const RECORDED_ROUNDS: usize = 2;
+/// Rounds in which all limits that break their law change at once; from then on the first of them.
+const TOGETHER: usize = 10;
+/// Most rounds. Rounding may keep a limit with hardly any force from settling; the motion is the same with and without it.
+const MOST_ROUNDS: usize = 100;
 
 /// Whether an end is beyond its limit in some lane, or would be after the step; while a step is recorded, each may be.
 ///
@@ -167,7 +181,7 @@ impl<T: Scalar> JointLimits<T> {
                 bodies: &forces.bodies,
             };
             bounded.accelerate(at, given, aba, a);
-            if !self.near || !self.release(at.dt(), a, round) {
+            if !self.near || !self.revise(at.dt(), a, round) {
                 return;
             }
         }
@@ -186,29 +200,26 @@ impl<T: Scalar> JointLimits<T> {
         }
     }
 
-    /// Releases the joint limits that pull at the acceleration `a`, after so many rounds. Returns whether there are any: while a step is recorded, whether
-    /// there may be.
-    fn release<D: Scalar>(&mut self, dt: D, a: &[T], round: usize) -> bool
+    /// Lets joint limits that break their law at the acceleration `a` change, after so many rounds. Returns whether there are any: while a step is
+    /// recorded, whether there may be.
+    fn revise<D: Scalar>(&mut self, dt: D, a: &[T], round: usize) -> bool
     where
         T: Over<D>,
     {
-        let mut any = false;
+        let (zero, mut changes) = (T::zero(), T::zero());
         for stop in &mut self.ends {
-            let pull = -stop.release(dt, a);
-            let may = !pull.has_value() && round < RECORDED_ROUNDS;
-            any |= may
-                || !pull.is_at_most(0.0, "no joint limit pulls when those that did are released");
+            let mut breaks = stop.breaks(dt, a, round == 1);
+            if round > TOGETHER {
+                breaks = zero.select_lt(changes, zero, breaks);
+            }
+            stop.change(breaks);
+            changes += breaks;
         }
-        any
-    }
-
-    /// 1 in lanes in which all ends obey their law at the acceleration `a` of a step without rows, 0 in others.
-    pub(crate) fn obey<D: Scalar>(&self, dt: D, a: &[T]) -> T
-    where
-        T: Over<D>,
-    {
-        let all = self.ends.iter().filter(|_| self.near);
-        all.fold(T::one(), |obey, stop| obey * stop.obeys(dt, a))
+        let known = changes.has_value();
+        let may = !known && round < RECORDED_ROUNDS;
+        let condition = "joint limits push or are released as found";
+        let settled = || changes.is_at_most(0.0, condition);
+        !(known && round == MOST_ROUNDS) && (may || !settled())
     }
 
     /// No ends in a step without rows.

@@ -1,7 +1,7 @@
 //! The acceleration of a robot with contacts in a state in which nothing touches. There are no rows then, and forward dynamics is much faster than a mass
 //! matrix with its factors.
 //!
-//! Joint limits obey the same law both ways. Where forward dynamics releases a limit that would have to push again, the solver finds the forces.
+//! Joint limits obey the same law both ways.
 //!
 //! Lanes that differ are computed both ways, so that a state has the same bits in all lanes and alone. While a step is recorded, all rows are there.
 
@@ -23,10 +23,10 @@ impl<T: Scalar> AccelerationScratch<T> {
         if lanes(may) == 0 {
             return self.solve_with_rows(at);
         }
-        let apart = may * self.solve_apart(at);
-        match lanes(apart) {
+        self.solve_apart(at);
+        match lanes(may) {
             n if n == T::LANES => self.rest(at),
-            n => self.solve_again(at, (n > 0).then_some(apart)),
+            _ => self.solve_again(at, may),
         }
     }
 
@@ -44,8 +44,8 @@ impl<T: Scalar> AccelerationScratch<T> {
         zero.select_lt(half_step, zero, one) * self.terms.contact.are_apart(at)
     }
 
-    /// v̇ without rows. Returns 1 in lanes in which it obeys all laws, 0 in others.
-    fn solve_apart<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>) -> T
+    /// v̇ without rows.
+    fn solve_apart<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>)
     where
         T: Over<P>,
     {
@@ -54,7 +54,6 @@ impl<T: Scalar> AccelerationScratch<T> {
         }
         let half_step = None;
         self.solve_without_rows(&EvaluationPoint { half_step, ..*at });
-        self.terms.stops.obey(at.dt(), &self.a)
     }
 
     /// Records that this state has no rows.
@@ -71,7 +70,7 @@ impl<T: Scalar> AccelerationScratch<T> {
     }
 
     /// v̇ with rows; in the lanes of `apart` that without rows.
-    fn solve_again<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, apart: Option<T>)
+    fn solve_again<P: Scalar>(&mut self, at: &EvaluationPoint<'_, P, T>, apart: T)
     where
         T: Over<P>,
     {
@@ -79,7 +78,6 @@ impl<T: Scalar> AccelerationScratch<T> {
         self.terms.bounded_forces.add_forces(at, &mut self.forces);
         self.apart.clone_from(&self.a);
         self.solve_with_rows(at);
-        let Some(apart) = apart else { return };
         for (a, &own) in self.a.iter_mut().zip(&self.apart) {
             *a = T::zero().select_lt(apart, own, *a);
         }

@@ -51,11 +51,16 @@ impl<T: Scalar> Contact<T> {
         contacts: &Contacts<P>,
         point: usize,
     ) -> (ContactLaw<P>, [FrameId; 2]) {
-        let links = match point.checked_sub(contacts.points().len()) {
+        let law = self.touching_in(contacts).law(point);
+        (law, self.links(contacts, point))
+    }
+
+    /// The links that touch at a point: of a point with the ground one, twice.
+    pub(crate) fn links<P: Scalar>(&self, contacts: &Contacts<P>, point: usize) -> [FrameId; 2] {
+        match point.checked_sub(contacts.points().len()) {
             None => [contacts.points()[point].link; 2],
             Some(k) => (self.pairs.get(k).shapes).map_each(|k| contacts.shape_link(k)),
-        };
-        (self.touching_in(contacts).law(point), links)
+        }
     }
 
     /// Passes each force on a link, on its body and in it, to `each`.
@@ -67,7 +72,7 @@ impl<T: Scalar> Contact<T> {
     ) {
         let n = contacts.points().len();
         for i in 0..self.points.len() {
-            let (_, links) = self.law_and_links(contacts, i);
+            let links = self.links(contacts, i);
             let sides = if i < n { 1 } else { 2 };
             for side in (0..sides).filter(|&side| links[side] == link) {
                 each(self.force_on(contacts, i, side));
@@ -84,7 +89,7 @@ impl<T: Scalar> Contact<T> {
         let n = contacts.points().len();
         let touching = self.touching_in(contacts);
         for i in 0..self.points.len() {
-            let (_, links) = self.law_and_links(contacts, i);
+            let links = self.links(contacts, i);
             let sides = if i < n { 1 } else { 2 };
             for (side, body) in touching.bodies(i).into_iter().enumerate().take(sides) {
                 each(links[side], body, self.force_on(contacts, i, side));
