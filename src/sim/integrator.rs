@@ -78,8 +78,8 @@ pub enum Integrator {
     ///
     /// Coriolis and centrifugal forces c(q, v) are those of the middle of the step, to first order in the acceleration: M a + c(v) + ½ Δt ∂c/∂v a = τ
     /// − g. Spinning bodies are stable at any rate and conserve energy and momentum, see above; the step of a base uses its centre of mass, as with
-    /// semi-implicit Euler. Under contact and joint limits, ∂c/∂v is applied to the acceleration without these (under kinematic constraints alone),
-    /// so that the problem of the solver stays symmetric.
+    /// semi-implicit Euler. Under contact and joint limits, ∂c/∂v is applied to the acceleration without these and without servos that have a largest
+    /// force (under kinematic constraints alone), so that the problem of the solver stays symmetric.
     ///
     /// It has first order. Torque–speed curves of motors, external forces and gravity are evaluated at the start of the step.
     ///

@@ -46,7 +46,8 @@ pub struct Servo<P = f64> {
     pub bias: P,
     /// `k_p`, N·m/rad or N/m of the motor. A negative gain, which drives away from the target, is evaluated at the start of the step.
     pub position_gain: P,
-    /// `k_v`, N·m·s/rad or N·s/m of the motor. A negative gain is evaluated at the start of the step.
+    /// `k_v`, N·m·s/rad or N·s/m of the motor. A negative gain is evaluated at the start of the step. So the step has a kink where a gain is zero; gradients
+    /// in it are those of the negative side there.
     pub velocity_gain: P,
     /// Least and largest input. Steps and their derivatives clamp the input to this range; at an end the derivatives are those of the inner side.
     pub input_range: Option<Interval<P>>,
