@@ -58,6 +58,7 @@ mod graphs_of_steps;
 mod guide;
 mod hardware;
 mod identities;
+mod immovable_contact;
 mod impact_times;
 mod impacts;
 mod implicit;
