@@ -139,11 +139,10 @@ impl<T: Scalar> ConeSolver<T> {
             transposed: Transposed::new(rows),
         };
         solver.search.reserve(rows);
-        let few = rows.min(MOST_TOGETHER);
-        solver.guess.reserve(few);
+        solver.guess.reserve(rows);
         if T::LANES > 1 {
             solver.lane.reserve(rows);
-            solver.guesses.reserve(few);
+            solver.guesses.reserve(rows);
         }
         solver
     }

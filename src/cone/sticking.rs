@@ -42,12 +42,14 @@ impl<T> Guess<T> {
 }
 
 impl<T: Scalar> Guess<T> {
-    /// Makes room for so many rows.
+    /// Makes room for so many rows, of which few have forces.
     pub(super) fn reserve(&mut self, rows: usize) {
-        let vectors = [&mut self.f, &mut self.present, &mut self.acting];
-        vectors.into_iter().for_each(|x| x.reserve(rows));
-        self.row.reserve(rows);
-        self.factor.reserve(rows * (rows + 1) / 2);
+        let few = rows.min(MOST_TOGETHER);
+        self.present.reserve(rows);
+        self.acting.reserve(rows);
+        self.f.reserve(few);
+        self.row.reserve(few);
+        self.factor.reserve(few * (few + 1) / 2);
     }
 
     /// Finds forces, and returns 1 in lanes in which they are those of the solution, 0 in others.
