@@ -49,7 +49,7 @@ fn puck_on_sliders_moves_as_without_contact_while_a_ball_bounces() {
         let start = with.neutral_state();
         let [rollout, free] = [&with, &without]
             .map(|own| own.rollout(&start, 100, |t, _, u| u[0] = 0.1 * (20.0 * t).sin()));
-        assert_eq!(rollout.status(), RolloutStatus::Completed);
+        assert_eq!(rollout.status, RolloutStatus::Completed);
         let (end, free) = (rollout.last(), free.last());
         assert!(free.q[0].abs() > 1e-3, "{}", free.q[0]);
         for k in 0..2 {
