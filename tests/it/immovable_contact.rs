@@ -1,4 +1,4 @@
-//! Contact along which nothing can move: no force there is determined, and none acts.
+//! Contact without friction along which nothing can move: no force there is determined, and none acts.
 
 use dualbody::contact::{ContactLaw, Contacts, RelaxedRigid, Rigid, Terrain};
 use dualbody::sim::{BatchSimulator, RolloutStatus};
@@ -31,8 +31,14 @@ fn cases() -> Vec<[Simulator; 2]> {
         .expect("a joint");
     let mut out = Vec::new();
     for law in [
-        ContactLaw::RelaxedRigid(RelaxedRigid::default()),
-        ContactLaw::Rigid(Rigid::default()),
+        ContactLaw::RelaxedRigid(RelaxedRigid {
+            friction: 0.0,
+            ..RelaxedRigid::default()
+        }),
+        ContactLaw::Rigid(Rigid {
+            friction: 0.0,
+            ..Rigid::default()
+        }),
     ] {
         let contacts = Contacts::new(scene.model(), Terrain::flat(0.0), law);
         for integrator in [Integrator::SemiImplicitEuler, Integrator::ImplicitVelocity] {

@@ -24,8 +24,8 @@ use crate::spatial::linear::dot;
 /// which costs more than it saves, and robots that walk differ from lane to lane where their feet are lower. States that are never computed in lanes need none.
 const SOON: f64 = 0.05;
 
-/// Share of the mobility across a contact up to which its normal counts as immovable, as that of a puck on two sliders: no force along it changes the motion, so
-/// that none is determined, and the point has none.
+/// Share of the mobility across a contact up to which its normal counts as immovable, as that of a puck on two sliders. Without friction no force along it
+/// changes the motion, so that none is determined, and the point has none.
 const IMMOVABLE: f64 = 1e-12;
 
 /// Contact at an instant: empty where there is none.
@@ -357,14 +357,18 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
             if T::LANES > 1 || !T::HAS_VALUES {
                 own = own.within(self.working.takes_part(of));
             }
-            let row = first + self.places.start(of).row;
-            let across = rows.delassus(row + 1) + rows.delassus(row + 2);
-            own = own.within(self.delassus[of] - across * IMMOVABLE);
+            let turning = touching.turning(i);
+            if turning.is_none() {
+                let row = first + self.places.start(of).row;
+                let across = rows.delassus(row + 1) + rows.delassus(row + 2);
+                let mobility = self.delassus[of] - across * IMMOVABLE;
+                own = own.within(T::zero().select_lt(own.friction, T::one(), mobility));
+            }
             for row in own.rows {
                 rows.push_reference(row.reference, row.compliance);
             }
             rows.push_block(Block::Cone, own.friction);
-            let Some(turning) = touching.turning(i) else {
+            let Some(turning) = turning else {
                 continue;
             };
             let used = turning.friction.axes();
