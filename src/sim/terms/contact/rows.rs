@@ -362,7 +362,8 @@ impl<P: Scalar, T: Over<P>> Term<P, T> for Contact<T> {
                 let row = first + self.places.start(of).row;
                 let across = rows.delassus(row + 1) + rows.delassus(row + 2);
                 let mobility = self.delassus[of] - across * IMMOVABLE;
-                own = own.within(T::zero().select_lt(own.friction, T::one(), mobility));
+                let margin = T::zero().select_lt(own.friction, T::one(), mobility);
+                own = own.within(margin);
             }
             for row in own.rows {
                 rows.push_reference(row.reference, row.compliance);
