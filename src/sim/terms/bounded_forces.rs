@@ -16,6 +16,7 @@
 
 use super::bounded_beside::Beside;
 use super::bounded_law::{Bounded, Kind, Site};
+use super::rounds::{TOGETHER, goes_on};
 use super::term::Term;
 use crate::dynamics::{
     AbaScratch, BEYOND, Decision, Driven as DrivenRobot, JointFriction, RneaScratch,
@@ -66,10 +67,6 @@ pub(super) struct Given<'a, T> {
 
 /// Relative tolerance of a force beyond its bound after some rounds, which rounding in single precision may need.
 const FAR_BEYOND: f64 = 1e-5;
-/// Rounds in which all forces that break their law change at once; from then on the first of them.
-const TOGETHER: usize = 10;
-/// Most rounds: rounding may keep a force at the end of its line from settling, on either side of which the motion is the same.
-const MOST_ROUNDS: usize = 100;
 /// Rounds while a step is recorded: two in which forces change, and one that finds none.
 const RECORDED_ROUNDS: usize = 3;
 
@@ -267,11 +264,8 @@ impl<T: Scalar> BoundedForces<T> {
     /// there may be.
     fn revise(&mut self, a: &[T], round: usize) -> bool {
         let changes = self.change(a, round > TOGETHER);
-        let known = changes.has_value();
-        let may = !known && round < RECORDED_ROUNDS;
         let condition = "joints with dry friction and servos at their limits are as found";
-        let settled = || changes.is_at_most(0.0, condition);
-        !(known && round == MOST_ROUNDS) && (may || !settled())
+        goes_on(changes, round, RECORDED_ROUNDS, condition)
     }
 
     /// Lets forces that break their law, or the first of them, go over to another piece of it, where they are not rows. Returns by how many pieces.

@@ -15,6 +15,7 @@ use std::marker::PhantomData;
 use super::bounded_forces::{BoundedForces, Given};
 use super::local::{OfCoordinate, RATE, TIME_STEP};
 use super::numbers::Numbers;
+use super::rounds::{TOGETHER, goes_on};
 use super::sink::{Acting, CoordinateSink, DerivativePoint, Sink};
 use super::term::{Term, TermDerivatives};
 use crate::cone::Block;
@@ -107,10 +108,6 @@ impl<T: Scalar> Stop<T> {
 
 /// Rounds while a step is recorded: in the first all within reach push, in the second usually all that remain.
 const RECORDED_ROUNDS: usize = 2;
-/// Rounds in which all limits that break their law change at once; from then on the first of them.
-const TOGETHER: usize = 10;
-/// Most rounds. Rounding may keep a limit with hardly any force from settling; the motion is the same with and without it.
-const MOST_ROUNDS: usize = 100;
 
 /// Whether an end is beyond its limit in some lane, or would be after the step; while a step is recorded, each may be.
 ///
@@ -215,11 +212,8 @@ impl<T: Scalar> JointLimits<T> {
             stop.change(breaks);
             changes += breaks;
         }
-        let known = changes.has_value();
-        let may = !known && round < RECORDED_ROUNDS;
         let condition = "joint limits push or are released as found";
-        let settled = || changes.is_at_most(0.0, condition);
-        !(known && round == MOST_ROUNDS) && (may || !settled())
+        goes_on(changes, round, RECORDED_ROUNDS, condition)
     }
 
     /// No ends in a step without rows.

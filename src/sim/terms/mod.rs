@@ -44,6 +44,7 @@ mod local;
 mod numbers;
 mod place;
 mod regularisation_derivatives;
+mod rounds;
 mod sink;
 mod tendon_servos;
 mod term;

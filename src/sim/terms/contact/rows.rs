@@ -234,14 +234,12 @@ impl<T: Scalar> Contact<T> {
         self.places.clear();
         self.working.restart();
         self.working.activate(other.touching());
-        let touching = self.touching_in(contacts);
-        let axes = other.touching().iter().map(|&i| touching.axes(i));
-        let axes: Vec<_> = axes.collect();
         for &i in other.touching() {
-            let turning = self.touching_in(contacts).turning(i);
+            let touching = self.touching_in(contacts);
+            let (axes, turning) = (touching.axes(i), touching.turning(i));
+            self.axes.push(axes);
             self.places.push(turning.as_ref());
         }
-        self.axes = axes;
         self.take_forces(contacts, balance);
     }
 
