@@ -13,7 +13,8 @@ use dualbody_native::NativeError;
 use dualbody_python_table::Unknown;
 use pyo3::PyErr;
 use pyo3::exceptions::{
-    PyFileNotFoundError, PyKeyError, PyOSError, PyTypeError, PyUserWarning, PyValueError,
+    PyFileNotFoundError, PyKeyError, PyKeyboardInterrupt, PyOSError, PyTypeError, PyUserWarning,
+    PyValueError,
 };
 use pyo3::prelude::*;
 
@@ -211,7 +212,11 @@ impl<T, E: Raise> OrRaise<T> for Result<T, E> {
 
 /// Runs code of the library, in which a panic means that an argument is wrong: it becomes a `ValueError` with the panic's text.
 pub(crate) fn guarded<R>(work: impl FnOnce() -> R) -> PyResult<R> {
-    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| value_error(message(&*panic)))
+    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| match message(&*panic) {
+        // The crate `numpy` panics where Ctrl-C is pressed while it imports NumPy.
+        text if text.contains("KeyboardInterrupt") => PyKeyboardInterrupt::new_err(()),
+        text => value_error(text),
+    })
 }
 
 /// [`guarded`] for what may fail by itself.

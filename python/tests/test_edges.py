@@ -121,6 +121,20 @@ def test_control_c_ends_rollouts_without_inputs(shape: tuple[int, ...], steps: i
     assert process.communicate(timeout=60)[0] == "interrupted\n"
 
 
+def test_control_c_while_arrays_are_first_used_is_an_interrupt() -> None:
+    """The crate of arrays looks for NumPy at its first array; an interrupt in there was a `ValueError`."""
+    code = (
+        "import dualbody as db, numpy\n"
+        "from numpy.lib import NumpyVersion\n"
+        "def interrupt(*_):\n    raise KeyboardInterrupt\n"
+        "NumpyVersion.__init__ = interrupt\n"
+        "try:\n    db.samples.pendulum().random_state(1)\n"
+        "except KeyboardInterrupt:\n    print('interrupted')\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout == "interrupted\n", done.stderr
+
+
 RECEDING = """
 import dualbody as db
 from dualbody.trajopt import Problem, RecedingHorizon, Residual, Term
