@@ -172,6 +172,19 @@ impl Sensors {
         true
     }
 
+    /// Whether any reads a force.
+    pub(crate) fn read_forces(&self) -> bool {
+        self.has(|own| {
+            matches!(
+                own,
+                Sensor::JointForce(_)
+                    | Sensor::Wrench(_)
+                    | Sensor::Touch(_)
+                    | Sensor::ContactForce(_)
+            )
+        })
+    }
+
     fn has(&self, kind: impl Fn(&Sensor) -> bool) -> bool {
         self.all.iter().any(|placed| kind(&placed.sensor))
     }

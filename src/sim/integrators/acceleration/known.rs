@@ -30,9 +30,28 @@ impl<T: Differentiable> KnownAcceleration<T> {
         )
     }
 
-    /// Leaves acceleration, forces of terms and motions as if they had been found at a point over dual numbers.
+    /// Leaves acceleration and motions as if they had been found at a point over dual numbers.
     ///
     /// * `directions` – those of the dual numbers, of the tangent of the state and of the input
+    pub(crate) fn write_acceleration<const N: usize>(
+        &self,
+        at: &EvaluationPoint<'_, f64, Dual<T, N>>,
+        directions: &Range<usize>,
+        out: &mut AccelerationScratch<Dual<T, N>>,
+    ) where
+        Dual<T, N>: Over<f64>,
+    {
+        out.a.clear();
+        let a = self.found.get().a.iter().enumerate();
+        let a = a.map(|(k, &a)| along(at, directions, &self.a, (k, a)));
+        out.a.extend(a);
+        let balance = out.balance.as_deref_mut();
+        if let Some(balance) = balance.filter(|_| at.may_have_rows()) {
+            balance.place(at);
+        }
+    }
+
+    /// [`write_acceleration`](Self::write_acceleration), with the forces of all terms.
     pub(crate) fn write<const N: usize>(
         &self,
         at: &EvaluationPoint<'_, f64, Dual<T, N>>,
@@ -41,35 +60,45 @@ impl<T: Differentiable> KnownAcceleration<T> {
     ) where
         Dual<T, N>: Over<f64>,
     {
-        let n_motion = at.simulator.n_motion();
-        let along = |jacobian: &DMatrix<T>, row: usize, value: T| {
-            let slope = |lane: usize| {
-                let own = directions.start + lane;
-                let has_own = own < n_motion && directions.contains(&own);
-                let first = if has_own {
-                    jacobian[(row, own)]
-                } else {
-                    T::zero()
-                };
-                let signals = at.u.iter().enumerate();
-                signals.fold(first, |sum, (j, signal)| {
-                    sum + jacobian[(row, n_motion + j)] * signal.eps[lane]
-                })
-            };
-            Dual::new(value, from_each(slope))
-        };
+        at.simulator.apply_terms(at, out);
+        self.write_acceleration(at, directions, out);
         let found = self.found.get();
-        let a = found.a.iter().enumerate();
-        let a = a.map(|(k, &a)| along(&self.a, k, a));
         let forces = found
             .balance
             .as_deref()
             .map_or(&[][..], |own| own.rows().forces());
         let rows = self.forces.nrows();
         let forces = forces.iter().take(rows).enumerate();
-        let forces = forces.map(|(row, &f)| along(&self.forces, row, f));
-        out.follow(at, found, a, forces);
+        let forces = forces.map(|(row, &f)| along(at, directions, &self.forces, (row, f)));
+        out.follow(at, found, forces);
     }
+}
+
+/// A number that was found, with its slopes in some directions.
+///
+/// * `jacobian` – in motions and signals of the motors
+/// * `found` – row of the Jacobian, and value
+fn along<T: Differentiable, const N: usize>(
+    at: &EvaluationPoint<'_, f64, Dual<T, N>>,
+    directions: &Range<usize>,
+    jacobian: &DMatrix<T>,
+    (row, value): (usize, T),
+) -> Dual<T, N> {
+    let n_motion = at.simulator.n_motion();
+    let slope = |lane: usize| {
+        let own = directions.start + lane;
+        let is_motion = own < n_motion && directions.contains(&own);
+        let first = if is_motion {
+            jacobian[(row, own)]
+        } else {
+            T::zero()
+        };
+        let signals = at.u.iter().enumerate();
+        signals.fold(first, |sum, (j, signal)| {
+            sum + jacobian[(row, n_motion + j)] * signal.eps[lane]
+        })
+    };
+    Dual::new(value, from_each(slope))
 }
 
 fn find<T: Differentiable>(
@@ -104,23 +133,18 @@ fn matrix<T: Scalar>(blocks: &Blocks<T>, rows: usize, columns: usize) -> DMatrix
 }
 
 impl<T: Scalar> AccelerationScratch<T> {
-    /// Takes over an acceleration that was found over other numbers, with its value and the forces of its rows over these.
+    /// Takes over the forces of rows that were found over other numbers, with their values over these, where acceleration and motions are there.
     fn follow<S: Scalar>(
         &mut self,
         at: &EvaluationPoint<'_, f64, T>,
         found: &AccelerationScratch<S>,
-        a: impl Iterator<Item = T>,
         forces: impl Iterator<Item = T>,
     ) where
         T: Over<f64>,
     {
-        at.simulator.apply_terms(at, self);
-        self.a.clear();
-        self.a.extend(a);
         self.are_apart = found.are_apart;
         let own = self.balance.as_deref_mut().filter(|_| at.may_have_rows());
         let Some(balance) = own else { return };
-        balance.place(at);
         self.terms.contact.find_candidates(at, balance);
         if self.are_apart {
             return self.rest(at);
