@@ -44,7 +44,7 @@ pub enum SimulatorParameterGroup {
 use SimulatorParameterGroup as Group;
 
 /// Positions of the parameters of each part in the parameter vector.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct PartSlots {
     /// Of the actuator of each velocity coordinate.
     pub(crate) actuators: Vec<Range<usize>>,
@@ -70,7 +70,6 @@ pub(crate) struct PartSlots {
 impl PartSlots {
     /// Those of a simulator. Allocates.
     pub(crate) fn new(simulator: &Simulator) -> Self {
-        let layout = simulator.parameter_layout();
         let n_points = simulator.contacts().map_or(0, |c| c.points().len());
         let n_shapes = simulator.contacts().map_or(0, |c| c.n_shapes());
         let n_pairs = simulator.contacts().map_or(0, |c| c.n_pair_materials());
@@ -88,23 +87,49 @@ impl PartSlots {
             frame_terms: vec![0..0; n_terms],
             tendons: vec![0..0; simulator.tendon_servos().len()],
         };
-        for (group, range) in layout.groups() {
-            match *group {
-                Group::Model(_) | Group::Activation(_) | Group::TimeStep => {}
-                Group::Constraint(k) => slots.constraints[k] = range.clone(),
-                Group::Actuator(k) => slots.actuators[k] = range.clone(),
-                Group::ContactPoint(i) => slots.points[i] = range.clone(),
-                Group::ContactLaw(i) => slots.laws[i] = range.clone(),
-                Group::Terrain => slots.terrain = range.clone(),
-                Group::CollisionShape(k) => slots.shapes[k] = range.clone(),
-                Group::PairMaterial(k) => slots.pair_materials[k] = range.clone(),
-                Group::PairLaw => slots.pair_law = range.clone(),
-                Group::ExternalForce(k) => slots.frame_terms[k] = range.clone(),
-                Group::FrameActuator(k) => slots.frame_terms[forces + k] = range.clone(),
-                Group::TendonServo(k) => slots.tendons[k] = range.clone(),
+        // Without the names of a layout, which take longer than a step.
+        let mut next = simulator.model().parameters().len();
+        simulator.clone().each_number(&mut |group, _, _| {
+            if let Some(range) = slots.range_mut(group, forces) {
+                if range.start == range.end {
+                    *range = next..next;
+                }
+                range.end = next + 1;
             }
-        }
+            next += 1;
+        });
         slots
+    }
+
+    /// [`new`](Self::new), for derivatives of forces on frames, constraints and servos of tendons: empty where there are none. Allocates.
+    pub(crate) fn of_placed_parts(simulator: &Simulator) -> Self {
+        let is_bare = simulator.frame_terms().is_empty()
+            && simulator.constraints().is_empty()
+            && simulator.tendon_servos().is_empty();
+        match is_bare {
+            true => Self::default(),
+            false => Self::new(simulator),
+        }
+    }
+
+    /// Those of a group; `None` for groups that are not of a part.
+    ///
+    /// * `forces` – number of external forces
+    fn range_mut(&mut self, group: Group, forces: usize) -> Option<&mut Range<usize>> {
+        Some(match group {
+            Group::Model(_) | Group::Activation(_) | Group::TimeStep => return None,
+            Group::Constraint(k) => &mut self.constraints[k],
+            Group::Actuator(k) => &mut self.actuators[k],
+            Group::ContactPoint(i) => &mut self.points[i],
+            Group::ContactLaw(i) => &mut self.laws[i],
+            Group::Terrain => &mut self.terrain,
+            Group::CollisionShape(k) => &mut self.shapes[k],
+            Group::PairMaterial(k) => &mut self.pair_materials[k],
+            Group::PairLaw => &mut self.pair_law,
+            Group::ExternalForce(k) => &mut self.frame_terms[k],
+            Group::FrameActuator(k) => &mut self.frame_terms[forces + k],
+            Group::TendonServo(k) => &mut self.tendons[k],
+        })
     }
 }
 

@@ -122,7 +122,7 @@ impl<P: Scalar> Simulator<P> {
     }
 
     /// Passes each parameter of forces and constraints, and the time step, with its group and name to `each`, group by group: this function defines the order.
-    fn each_number(&mut self, each: &mut EachIn<'_, Group, P>) {
+    pub(super) fn each_number(&mut self, each: &mut EachIn<'_, Group, P>) {
         if let Some(actuation) = &mut self.actuation {
             for (k, actuator) in actuation.actuators.iter_mut().enumerate() {
                 actuator.each_number(&mut of(Group::Actuator(k), each));

@@ -82,7 +82,7 @@ pub(crate) struct FrameForceDerivatives<T> {
 impl<T: Scalar> FrameForceDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
-            slots: PartSlots::new(simulator),
+            slots: PartSlots::of_placed_parts(simulator),
             of: PhantomData,
         }
     }

@@ -320,7 +320,7 @@ impl<T: Scalar> Found<'_, T> {
 impl<T: Scalar> FrameServoDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
-            slots: PartSlots::new(simulator),
+            slots: PartSlots::of_placed_parts(simulator),
             of: PhantomData,
         }
     }

@@ -101,7 +101,7 @@ pub(crate) struct TendonDerivatives<T> {
 impl<T: Scalar> TendonDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
         Self {
-            slots: PartSlots::new(simulator),
+            slots: PartSlots::of_placed_parts(simulator),
             of: PhantomData,
         }
     }
