@@ -74,6 +74,7 @@ pub(crate) use hold::Hold;
 pub use impedance::{Impedance, Sigmoid};
 pub(crate) use joints::{JointMotion, TiedJoint};
 pub use kind::ConstraintKind;
+use kind::POWER;
 pub use reference::Reference;
 pub use regularisation::Regularisation;
 pub(crate) use rows::{ConstraintRow, ConstraintRows};
@@ -209,8 +210,8 @@ impl<P: Scalar> Constraint<P> {
         self.kind.rows()
     }
 
-    /// Passes each parameter with its name to `each`: origins of attachment frames, rotations of welded ones, or coefficients of joints; length, ratio
-    /// and offset; time constant, or stiffness and damping, or those of the regularisation; largest force.
+    /// Passes each parameter with its name to `each`: origins of attachment frames, rotations of welded ones, or coefficients of joints, or those of the
+    /// powers of a coupler from the second on; length, ratio and offset; time constant, or stiffness and damping, or those of the regularisation; largest force.
     pub(crate) fn each_placed_number(&mut self, each: &mut Each<'_, P>) {
         const OF: [&str; 2] = ["first anchor ", "second anchor "];
         if let ConstraintKind::Weld(anchors)
@@ -226,12 +227,16 @@ impl<P: Scalar> Constraint<P> {
                 anchor.each_turn(of, each);
             }
         }
-        if let ConstraintKind::Tendon { coefficients, .. } = &mut self.kind {
-            for (k, c) in coefficients.iter_mut().enumerate() {
-                let name = format_args!("coefficient {k}");
-                let quantity = &"coefficient of a tendon";
-                each(Number::new(&name, quantity, Domain::Finite), c);
+        let (coefficients, quantity) = match &mut self.kind {
+            ConstraintKind::Tendon { coefficients, .. } => {
+                (coefficients, "coefficient of a tendon")
             }
+            ConstraintKind::Coupler { higher, .. } => (higher, POWER),
+            _ => (&mut Vec::new(), ""),
+        };
+        for (k, c) in coefficients.iter_mut().enumerate() {
+            let name = format_args!("coefficient {k}");
+            each(Number::new(&name, &quantity, Domain::Finite), c);
         }
         Numbers::each_number(self, each);
     }

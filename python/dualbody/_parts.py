@@ -145,7 +145,9 @@ class Distance:
 
 @dataclass(frozen=True)
 class Coupler:
-    """Couples two joints: q₁ = ratio · q₂ + offset."""
+    """Couples two joints: q₁ = ratio · q₂ + offset, or by a polynomial.
+
+    higher: coefficients of q₂², q₂³ and q₂⁴, as many as there are."""
 
     joints: tuple[str, str]
     ratio: float
@@ -154,6 +156,7 @@ class Coupler:
     spring: tuple[float, float] | None = None
     largest_force: float | None = None
     regularisation: Regularisation | None = None
+    higher: Sequence[float] = ()
 
 
 @dataclass(frozen=True)

@@ -457,6 +457,12 @@ def test_constraints_hold() -> None:
     rollout = coupled.rollout(q, v, steps=500)
     assert np.abs(rollout.q[:, 0] - rollout.q[:, 1]).max() < 1e-3
     assert np.abs(coupled.constraint_errors(rollout.q[-1], rollout.v[-1])).max() < 1e-3
+    cam = Coupler((first, second), 0.5, 0.1, higher=(0.4, -0.2))
+    cammed = db.Simulator(model, time_step=1e-3, constraints=[cam])
+    rollout = cammed.rollout(*cammed.assemble([0.3, 0.1], [0.0, 0.0]), steps=500)
+    assert np.abs(rollout.q[:, 0] - np.polyval([-0.2, 0.4, 0.5, 0.1], rollout.q[:, 1])).max() < 1e-3
+    with pytest.raises(ValueError, match="at most"):
+        db.Simulator(model, constraints=[Coupler((first, second), 0.5, higher=(1, 2, 3, 4))])
     tip, world = Anchor(model.link_names[-1], (0, 0, 0.2)), Anchor()
     there = world.brought_to(tip, model, [0.3, 0.1])
     np.testing.assert_allclose(there.pose_in_world(model, q), tip.pose_in_world(model, [0.3, 0.1]))

@@ -22,7 +22,7 @@ pub enum ConstraintKind<P = f64> {
         /// m, positive.
         length: P,
     },
-    /// The position of a joint follows that of another one: q₁ = ratio q₂ + offset. One row, rad or m.
+    /// The position of a joint follows that of another one: q₁ = ratio q₂ + offset + Σ hₙ q₂ⁿ, n ≥ 2. One row, rad or m.
     Coupler {
         /// The bodies that the two joints move.
         bodies: [BodyId; 2],
@@ -30,6 +30,8 @@ pub enum ConstraintKind<P = f64> {
         ratio: P,
         /// Position of the first where that of the second is 0, rad or m.
         offset: P,
+        /// h₂, h₃ and h₄, as many as there are.
+        higher: Vec<P>,
     },
     /// A weighted sum of joint positions is constant, Σ cᵢ qᵢ = length: a fixed tendon. One row, in the unit of that sum.
     Tendon {
@@ -42,6 +44,9 @@ pub enum ConstraintKind<P = f64> {
     },
 }
 
+/// A number hₙ of a coupler, in messages.
+pub(super) const POWER: &str = "coefficient of a power";
+
 numbers! { pub enum ConstraintKind {
     Weld(anchors: part(Anchor)),
     Ball(anchors: part(Anchor)),
@@ -50,6 +55,7 @@ numbers! { pub enum ConstraintKind {
         bodies: kept(),
         ratio: Finite("ratio", "ratio of a coupler"),
         offset: Finite("offset", "offset of a coupler"),
+        higher: hidden(),
     },
     Tendon {
         joints: kept(),
@@ -91,6 +97,7 @@ impl<P: Scalar> ConstraintKind<P> {
     /// # Panics
     /// If a value is out of its domain.
     pub(super) fn check(&self) {
+        self.check_numbers();
         for anchor in self.anchors() {
             anchor.placement.map_numbers(&mut |x| {
                 Domain::Finite.check("pose of an attachment frame", x);
@@ -99,7 +106,8 @@ impl<P: Scalar> ConstraintKind<P> {
         }
         for joint in self.joints() {
             Domain::Finite.check("coefficient of a joint", joint.coefficient);
+            let higher = joint.higher.iter();
+            higher.for_each(|&h| Domain::Finite.check(POWER, h));
         }
-        self.check_numbers();
     }
 }

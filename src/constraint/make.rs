@@ -42,15 +42,55 @@ impl Constraint<f64> {
         ratio: f64,
         offset: f64,
     ) -> Result<Self, UnknownName> {
+        Self::polynomial_coupler(model, joints, [offset, ratio, 0.0, 0.0, 0.0])
+    }
+
+    /// Couples two joints by a polynomial, q₁ = c₀ + c₁ q₂ + c₂ q₂² + c₃ q₂³ + c₄ q₂⁴ (rad or m), with forces on both: a cam, a mechanism that is left
+    /// out, the sliding of a knee. One row.
+    ///
+    /// * `coefficients` – c₀ to c₄
+    ///
+    /// # Errors
+    /// If the model has no joint with this name.
+    ///
+    /// # Panics
+    /// If a joint does not have one degree of freedom, the second follows another one (a mimic joint) and the polynomial is not linear, or an argument is
+    /// not finite.
+    ///
+    /// # Examples
+    /// ```
+    /// use dualbody::{Simulator, constraint::Constraint, model::samples};
+    ///
+    /// // A pole on a cart that turns by the square of the way.
+    /// let model = samples::cartpole();
+    /// let cam = Constraint::polynomial_coupler(&model, ["pendulum", "linear"], [0.0, 0.0, 0.5, 0.0, 0.0])?;
+    /// let simulator = Simulator::new(model).with_time_step(1e-3).with_constraints(vec![cam]);
+    /// let start = simulator.state(&[1.0, 0.5], &[1.0, 1.0]);
+    /// let end = simulator.rollout(&start, 500, |_, _, _| {}).last().clone();
+    /// assert!((end.q[1] - 0.5 * end.q[0] * end.q[0]).abs() < 1e-5);
+    /// # Ok::<(), dualbody::UnknownName>(())
+    /// ```
+    pub fn polynomial_coupler(
+        model: &Model,
+        joints: [&str; 2],
+        coefficients: [f64; 5],
+    ) -> Result<Self, UnknownName> {
         let [first, second] = joints.map(|name| single_joint(model, name));
         let bodies = [first?, second?];
-        Domain::Finite.check("ratio of a coupler", ratio);
-        Domain::Finite.check("offset of a coupler", offset);
+        let [offset, ratio, higher @ ..] = coefficients;
+        let count = higher.iter().rposition(|&h| h != 0.0).map_or(0, |k| k + 1);
+        assert!(
+            count == 0 || model.body(bodies[1]).coupling.is_none(),
+            "\"{}\" follows another joint: couple that one by a polynomial",
+            joints[1]
+        );
         let kind = ConstraintKind::Coupler {
             bodies,
             ratio,
             offset,
+            higher: higher[..count].to_vec(),
         };
+        kind.check();
         Ok(Self {
             structure: Some(model.structure()),
             ..Self::of(kind)

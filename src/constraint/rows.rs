@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, Vector3};
 
 use super::anchor::{AnchorMotion, turn_between};
 use super::hold::{ForceLaw, Hold, Holds};
+use super::joints::joint_position;
 use super::weld_angle::WeldAngle;
 use super::{Constraint, ConstraintKind};
 use crate::model::Model;
@@ -201,7 +202,8 @@ impl<T: Scalar> ConstraintRows<T> {
                 self.jacobian.resize(row + model.nv(), T::zero());
                 for tied in kind.joints() {
                     let body = model.body(tied.body);
-                    self.jacobian[row + body.v] += body.scaled(tied.coefficient.into());
+                    let [_, slope, ..] = tied.at(joint_position(body, q));
+                    self.jacobian[row + body.v] += body.scaled(slope);
                 }
             }
         }

@@ -7,7 +7,7 @@ use dualbody::autodiff::{VectorFunction, finite_difference, jacobian};
 use dualbody::constraint::{Anchor, Constraint, ConstraintKind};
 use dualbody::contact::{ContactLaw, RelaxedRigid, Rigid, SoftContact, Terrain};
 use dualbody::joint::JointKind;
-use dualbody::model::{Base, JointSpec, LinkSpec, Model, ModelBuilder, samples};
+use dualbody::model::{Base, BodyId, JointSpec, LinkSpec, Model, ModelBuilder, samples};
 use dualbody::sim::{BatchSimulator, StepScratch};
 use dualbody::spatial::{Quaternion, Transform};
 use dualbody::{Cast, Integrator, Scalar, Simulator, State};
@@ -439,6 +439,61 @@ fn all_integrators() -> impl Iterator<Item = Integrator> {
         .chain([Integrator::ImplicitMidpoint])
 }
 
+// A bead of unit mass on a parabola, y = x², in weightlessness: with its inertia m(x) = 1 + 4 x² its energy is ½ m ẋ² at all times.
+#[test]
+fn bead_on_a_parabola_keeps_its_energy() {
+    let slider = |name: &str, axis: [f64; 3]| {
+        format!(
+            "<joint name='{name}' type='slide' axis='{} {} {}'/>",
+            axis[0], axis[1], axis[2]
+        )
+    };
+    let xml = format!(
+        "<mujoco><option gravity='0 0 0'/><worldbody><body>{}{}<geom size='0.1' mass='1'/></body></worldbody></mujoco>",
+        slider("x", [1.0, 0.0, 0.0]),
+        slider("y", [0.0, 1.0, 0.0])
+    );
+    let model = Model::from_mjcf_str(&xml).expect("two sliders");
+    let parabola = [0.0, 0.0, 1.0, 0.0, 0.0];
+    let wire = Constraint::polynomial_coupler(&model, ["y", "x"], parabola).expect("joints");
+    for (integrator, largest) in [
+        (Integrator::SemiImplicitEuler, 2e-3),
+        (Integrator::RungeKutta4, 1e-8),
+    ] {
+        let simulator = Simulator::new(model.clone())
+            .with_integrator(integrator)
+            .with_time_step(1e-3)
+            .with_constraints(vec![wire.clone()]);
+        let start = simulator.state(&[-1.0, 1.0], &[1.0, -2.0]);
+        let energy = |state: &State| state.v.norm_squared();
+        let all = simulator.rollout(&start, 2000, |_, _, _| {});
+        for state in &all.states {
+            let off = state.q[1] - state.q[0] * state.q[0];
+            assert!(off.abs() < 1e-5, "{integrator:?}: {off:e}");
+            let lost = energy(state) / energy(&start) - 1.0;
+            assert!(lost.abs() < largest, "{integrator:?}: {lost:e}");
+        }
+        assert!(all.last().q[0] > 1.0, "{:?}", all.last());
+    }
+}
+
+#[test]
+#[should_panic(expected = "couple that one by a polynomial")]
+fn followers_are_not_tied_by_polynomials() {
+    let model = crate::common::gripper().build();
+    let model = model.expect("a robot with followers");
+    let body = model
+        .bodies()
+        .iter()
+        .position(|body| body.coupling.is_some());
+    let body = BodyId(body.expect("a follower"));
+    let mut names = model.joint_names().into_iter();
+    let follower =
+        names.find(|name| model.joint_body(model.joint(name).expect("its joint")) == body);
+    let tied = ["elbow_joint", follower.expect("its name")];
+    let _ = Constraint::polynomial_coupler(&model, tied, [0.0, 1.0, 1.0, 0.0, 0.0]);
+}
+
 /// A floating robot that hangs by a weld, holds on by a ball joint and a rod, and has two joints coupled.
 pub(crate) fn tangled(integrator: Integrator) -> (Simulator, State) {
     let model = floating_robot();
@@ -450,7 +505,8 @@ pub(crate) fn tangled(integrator: Integrator) -> (Simulator, State) {
         (anchor, Anchor::new(None, pose))
     };
     let ((tip, tip_at), (ball, ball_at)) = (here("hinge_tip"), here("ball_tip"));
-    let coupler = Constraint::coupler(&model, ["slide_joint", "plate_elbow"], 0.4, 0.1);
+    let coupled = ["slide_joint", "plate_elbow"];
+    let coupler = Constraint::polynomial_coupler(&model, coupled, [0.1, 0.4, -0.5, 0.2, 0.3]);
     let constraints = vec![
         Constraint::weld([tip_at.moved([0.01, 0.0, -0.02]), tip]),
         Constraint::ball([ball, ball_at.moved([0.0, 0.02, 0.0])]),

@@ -30,6 +30,49 @@ fn accelerations_equal_those_of_mujoco() {
     }
 }
 
+/// Of a hinge and a slider, by a polynomial of their ways from the references. Where the second joint moves, `MuJoCo` leaves out the acceleration along the
+/// curve.
+#[test]
+fn joints_tied_by_a_polynomial_accelerate_as_in_mujoco() {
+    let (scene, report) = text(
+        "<mujoco><compiler angle='radian'/><option gravity='0 0 -9.81'><flag contact='disable'/></option><worldbody>
+         <body><joint name='a' axis='0 1 0' ref='0.2'/><geom type='capsule' size='0.05' fromto='0 0 0 0.4 0 0'/></body>
+         <body><joint name='b' type='slide' axis='1 0 0' ref='0.3'/><geom size='0.1' mass='2'/></body></worldbody>
+         <equality><joint joint1='a' joint2='b' polycoef='0.1 0.7 -0.9 0.4 1.3' solref='0.03 0.8'/></equality></mujoco>",
+    );
+    assert!(report.ignored.is_empty(), "{report}");
+    let simulator = Simulator::new(scene.model.clone())
+        .with_time_step(scene.options.time_step)
+        .with_constraints(scene.constraints.clone());
+    for (q, v, expected) in POLYNOMIAL {
+        let a = simulator.acceleration(&simulator.state(&q, &v), &[0.0; 2]);
+        let error = (a - DVector::from_column_slice(&expected)).amax();
+        assert!(
+            error < OTHER_ALGORITHM * expected[0].abs(),
+            "{q:?}: {error:e}"
+        );
+    }
+}
+
+/// q, v, accelerations.
+const POLYNOMIAL: [([f64; 2], [f64; 2], [f64; 2]); 3] = [
+    (
+        [0.3, 0.4],
+        [0.0, 0.0],
+        [105.93392852080738, -4.219985161366753],
+    ),
+    (
+        [0.5, -0.6],
+        [0.7, 0.0],
+        [-1722.9093112230826, -94.46426400877145],
+    ),
+    (
+        [0.25, 0.9],
+        [-0.4, 0.0],
+        [635.7395818426144, -76.4141809896909],
+    ),
+];
+
 /// A weld of a flange without mass: for the inverse mass there `MuJoCo` takes the place of the flange in its parent for that of its centre of mass.
 #[test]
 fn welds_of_bodies_without_mass_yield_as_in_mujoco() {

@@ -1,7 +1,7 @@
 //! Gradients of steps and rollouts: against transposed Jacobians, forward mode, finite differences and known truths.
 
 use dualbody::autodiff::{Dual, VectorFunction, gradient, jacobian};
-use dualbody::constraint::{Anchor, Constraint};
+use dualbody::constraint::{Anchor, Constraint, Regularisation};
 use dualbody::contact::{
     ContactLaw, ContactPoint, Contacts, Feature, HeightField, HeightFunction, HuntCrossley,
     RelaxedRigid, Rigid, SoftContact, Terrain, TerrainFunction,
@@ -683,7 +683,7 @@ fn scratch_serves_the_robot_with_other_dampers_too() {
 /// Robots with kinematic constraints.
 pub(crate) fn closed_loops() -> Vec<Case> {
     let mut all = Vec::new();
-    for (model, loops) in [tree_with_loops(), gripper_with_loops()] {
+    for (model, loops) in [tree_with_loops(), gripper_with_loops(), tree_with_cams()] {
         for tied in loops {
             for integrator in INTEGRATORS {
                 let plain = Simulator::new(model.clone());
@@ -728,6 +728,35 @@ fn tree_with_loops() -> (Model, Vec<Vec<Constraint>>) {
                 ball.with_spring(50.0, 3.0).with_largest_force(4.0),
                 other.with_spring(400.0, 2.0).with_largest_force(300.0),
             ],
+        ],
+    )
+}
+
+/// A tree of joints of all kinds, two of which a polynomial ties.
+fn tree_with_cams() -> (Model, Vec<Vec<Constraint>>) {
+    let model = samples::random_tree(9, 2);
+    let names = model.joint_names();
+    let single = names.iter().filter(|name| {
+        let joint = model.joint(name).expect("a joint of the tree");
+        model.joint_q(joint).len() == 1
+    });
+    let single: Vec<&str> = single.copied().collect();
+    let tied = [single[0], single[single.len() - 1]];
+    let polynomial = [0.1, 0.8, -0.5, 0.3, 0.2];
+    let cam = Constraint::polynomial_coupler(&model, tied, polynomial).expect("two joints");
+    let square = [0.0, 0.0, 1.5, 0.0, 0.0];
+    let square = Constraint::polynomial_coupler(&model, tied, square).expect("two joints");
+    let on = |name: &str| Anchor::frame(&model, name).expect("a link");
+    let rod = Constraint::distance([on("link6").moved([0.1, 0.0, 0.2]), Anchor::world()], 0.7);
+    (
+        model.clone(),
+        vec![
+            vec![square],
+            vec![rod, cam.clone()],
+            vec![cam.clone().with_spring(30.0, 1.0)],
+            vec![cam.clone().with_spring(30.0, 1.0).with_largest_force(0.3)],
+            vec![cam.clone().with_largest_force(0.3)],
+            vec![cam.with_regularisation(Regularisation::default())],
         ],
     )
 }

@@ -42,8 +42,17 @@ fn constraint_of(model: &Model, value: &Bound<'_, PyAny>) -> PyResult<Constraint
         }
         _ => {
             let (one, other): (String, String) = attribute(value, "joints")?;
-            let (ratio, offset) = (number("ratio")?, number("offset")?);
-            Constraint::coupler(model, [&one, &other], ratio, offset).or_raise()?
+            let (c0, c1) = (number("offset")?, number("ratio")?);
+            let higher: Vec<f64> = attribute(value, "higher")?;
+            ensure!(
+                higher.len() <= 3,
+                "higher has {} numbers, at most those of the powers 2, 3 and 4",
+                higher.len()
+            );
+            let power = |k: usize| higher.get(k).copied().unwrap_or(0.0);
+            let polynomial = [c0, c1, power(0), power(1), power(2)];
+            guarded(|| Constraint::polynomial_coupler(model, [&one, &other], polynomial))?
+                .or_raise()?
         }
     };
     let time: Option<f64> = attribute(value, "time_constant")?;

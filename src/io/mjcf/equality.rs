@@ -2,7 +2,8 @@
 //!
 //! Constrained quantities are measured from the configuration of the bodies in the file, as in `MuJoCo`:
 //! `connect` holds the points together that coincide there, `weld` without a pose keeps that of the second body in the first, and
-//! `joint` ties displacements, q₁ − q₁⁰ = c₀ + c₁ (q₂ − q₂⁰). The constraints are [soft](super::softness), as there.
+//! `joint` ties displacements, q₁ − q₁⁰ = p(q₂ − q₂⁰) with a polynomial p. The constraints are [soft](super::softness), as there. The row of a curved p
+//! contains the acceleration p″ q̇₂², which `MuJoCo` leaves out.
 
 #![expect(non_snake_case, reason = "monogram notation, see the conventions")]
 
@@ -140,7 +141,6 @@ impl Reference<'_> {
 
     fn joint(&self, part: &Part<'_, '_>, entry: &Entry<'_, '_>) -> Result<Found, LoadError> {
         let coefficients = entry.some_numbers("polycoef", [0.0, 1.0, 0.0, 0.0, 0.0])?;
-        let [c0, c1, higher @ ..] = coefficients;
         let one = self.joint_named(part, entry, "joint1")?;
         let one = one.ok_or_else(|| entry.missing("joint1"))?;
         let other = self.joint_named(part, entry, "joint2")?;
@@ -151,14 +151,14 @@ impl Reference<'_> {
             return Ok(Err("a joint that it ties is locked"));
         };
         Ok(match other {
-            None => self.tied(&[(&one, 1.0)], q1 + c0),
-            Some(_) if higher != [0.0; 3] => Err("is not linear"),
+            None => self.tied(&[(&one, 1.0)], q1 + coefficients[0]),
             Some(other) => {
-                let offset = q1 + c0 - c1 * q2;
-                if !offset.is_finite() {
+                let mut own = moved_by(coefficients, q2);
+                own[0] += q1;
+                if own.iter().any(|c| !c.is_finite()) {
                     return Ok(Err(OUT_OF_RANGE));
                 }
-                let made = Constraint::coupler(self.model, [&one, &other], c1, offset);
+                let made = Constraint::polynomial_coupler(self.model, [&one, &other], own);
                 made.map_err(|_| "ties a joint that is not there")
             }
         })
@@ -228,4 +228,14 @@ impl Reference<'_> {
             None => Err(entry.malformed(name, "there is no joint of that name")),
         }
     }
+}
+
+/// The coefficients of p(x − d) as a polynomial in x, by synthetic division.
+fn moved_by(mut p: [f64; 5], d: f64) -> [f64; 5] {
+    for first in 0..p.len() {
+        for k in (first..p.len() - 1).rev() {
+            p[k] -= d * p[k + 1];
+        }
+    }
+    p
 }

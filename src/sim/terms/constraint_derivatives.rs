@@ -66,7 +66,7 @@ impl Slots {
 
 impl<T: Scalar> ConstraintDerivatives<T> {
     pub(super) fn new(simulator: &Simulator) -> Self {
-        let slots = PartSlots::new(simulator).constraints;
+        let slots = PartSlots::of_placed_parts(simulator).constraints;
         let all = simulator.constraints().iter().zip(&slots);
         Self {
             slots: all.map(|(own, all)| Slots::new(own, all)).collect(),
@@ -174,12 +174,12 @@ impl<T: Scalar> BilateralConstraint<'_, T> {
     }
 
     /// Whether it has rows: of a spring or a regularised constraint, without a part at the velocity after a step.
-    fn has_rows(&self) -> bool {
+    pub(super) fn has_rows(&self) -> bool {
         let is_soft = self.constraint.regularisation().is_some();
         !(self.is_spring_force() || is_soft && self.is_ahead())
     }
 
-    /// Whether the part of y at the velocity after a step is requested: rows that couple joints have none.
+    /// Whether the part of y at the velocity after a step is requested: rows that couple joints linearly have none.
     pub(super) fn is_ahead(&self) -> bool {
         matches!(self.at.acting, Acting::Ahead)
     }

@@ -49,6 +49,7 @@ mod sink;
 mod tendon_servos;
 mod term;
 mod tied_derivatives;
+mod tied_joint;
 mod weights;
 mod yielding_derivatives;
 
