@@ -43,8 +43,8 @@ impl<T: Differentiable> KnownAcceleration<T> {
     {
         out.a.clear();
         let a = self.found.get().a.iter().enumerate();
-        let a = a.map(|(k, &a)| along(at, directions, &self.a, (k, a)));
-        out.a.extend(a);
+        let along = Along::new(at, directions);
+        out.a.extend(a.map(|(k, &a)| along.number(&self.a, (k, a))));
         let balance = out.balance.as_deref_mut();
         if let Some(balance) = balance.filter(|_| at.may_have_rows()) {
             balance.place(at);
@@ -69,36 +69,54 @@ impl<T: Differentiable> KnownAcceleration<T> {
             .map_or(&[][..], |own| own.rows().forces());
         let rows = self.forces.nrows();
         let forces = forces.iter().take(rows).enumerate();
-        let forces = forces.map(|(row, &f)| along(at, directions, &self.forces, (row, f)));
+        let along = Along::new(at, directions);
+        let forces = forces.map(|(row, &f)| along.number(&self.forces, (row, f)));
         out.follow(at, found, forces);
     }
 }
 
-/// A number that was found, with its slopes in some directions.
-///
-/// * `jacobian` – in motions and signals of the motors
-/// * `found` – row of the Jacobian, and value
-fn along<T: Differentiable, const N: usize>(
-    at: &EvaluationPoint<'_, f64, Dual<T, N>>,
-    directions: &Range<usize>,
-    jacobian: &DMatrix<T>,
-    (row, value): (usize, T),
-) -> Dual<T, N> {
-    let n_motion = at.simulator.n_motion();
-    let slope = |lane: usize| {
-        let own = directions.start + lane;
-        let is_motion = own < n_motion && directions.contains(&own);
-        let first = if is_motion {
-            jacobian[(row, own)]
-        } else {
-            T::zero()
+/// Directions of dual numbers at a point.
+struct Along<'a, T: Scalar, const N: usize> {
+    directions: &'a Range<usize>,
+    n_motion: usize,
+    /// The signals of motors that change along them.
+    signals: Vec<(usize, &'a [T; N])>,
+}
+
+impl<'a, T: Differentiable, const N: usize> Along<'a, T, N>
+where
+    Dual<T, N>: Over<f64>,
+{
+    fn new(at: &EvaluationPoint<'a, f64, Dual<T, N>>, directions: &'a Range<usize>) -> Self {
+        let signals = at.u.iter().map(|signal| &signal.eps).enumerate();
+        let changing = signals.filter(|(_, eps)| eps.iter().any(|slope| !slope.is_zero()));
+        Self {
+            directions,
+            n_motion: at.simulator.n_motion(),
+            signals: changing.collect(),
+        }
+    }
+
+    /// A number that was found, with its slopes.
+    ///
+    /// * `jacobian` – in motions and signals of the motors
+    /// * `found` – row of the Jacobian, and value
+    fn number(&self, jacobian: &DMatrix<T>, (row, value): (usize, T)) -> Dual<T, N> {
+        let slope = |lane: usize| {
+            let own = self.directions.start + lane;
+            let is_motion = own < self.n_motion && self.directions.contains(&own);
+            let first = if is_motion {
+                jacobian[(row, own)]
+            } else {
+                T::zero()
+            };
+            let signals = self.signals.iter();
+            signals.fold(first, |sum, (j, eps)| {
+                sum + jacobian[(row, self.n_motion + j)] * eps[lane]
+            })
         };
-        let signals = at.u.iter().enumerate();
-        signals.fold(first, |sum, (j, signal)| {
-            sum + jacobian[(row, n_motion + j)] * signal.eps[lane]
-        })
-    };
-    Dual::new(value, from_each(slope))
+        Dual::new(value, from_each(slope))
+    }
 }
 
 fn find<T: Differentiable>(
