@@ -25,8 +25,8 @@ pub(super) struct Classes<'t> {
 #[derive(Debug)]
 struct Class<'t> {
     around: Option<ClassId>,
-    /// Elements that set defaults of a tag; later ones win.
-    defaults: HashMap<&'t str, Vec<Node<'t>>>,
+    /// Elements that set defaults of a few tags; later ones win.
+    defaults: Vec<(&'t str, Vec<Node<'t>>)>,
     depth: usize,
 }
 
@@ -64,8 +64,7 @@ impl<'t> Classes<'t> {
     ) -> Result<(), LoadError> {
         for child in node.children() {
             if child.tag() != "default" {
-                let own = self.classes[id].defaults.entry(child.tag());
-                own.or_default().push(child.read());
+                self.classes[id].add(child.read());
                 continue;
             }
             let name = child.read().filled("class");
@@ -118,9 +117,7 @@ impl<'t> Classes<'t> {
         let mut found = Vec::new();
         let mut at = Some(class);
         while let Some(id) = at {
-            let own = tags
-                .iter()
-                .filter_map(|tag| self.classes[id].defaults.get(tag));
+            let own = tags.iter().map(|tag| self.classes[id].of(tag));
             let mut own: Vec<Node<'t>> = own.flatten().copied().collect();
             own.sort_unstable_by_key(|node| std::cmp::Reverse(node.index));
             found.extend(own);
@@ -141,9 +138,7 @@ impl<'t> Classes<'t> {
     ) -> Option<(Node<'t>, &'t str)> {
         let mut at = Some(class);
         while let Some(id) = at {
-            let own = tags
-                .iter()
-                .filter_map(|tag| self.classes[id].defaults.get(tag));
+            let own = tags.iter().map(|tag| self.classes[id].of(tag));
             let own = own.nested(|nodes| nodes.iter().rev());
             let mut found = own.filter_map(|&node| Some((node, node.attribute(name)?)));
             if let Some(found) = found.next() {
@@ -155,12 +150,26 @@ impl<'t> Classes<'t> {
     }
 }
 
-impl Class<'_> {
+impl<'t> Class<'t> {
     fn new(around: Option<ClassId>, depth: usize) -> Self {
         Self {
             around,
-            defaults: HashMap::new(),
+            defaults: Vec::new(),
             depth,
         }
+    }
+
+    fn add(&mut self, node: Node<'t>) {
+        let known = self.defaults.iter_mut().find(|(tag, _)| *tag == node.tag());
+        match known {
+            Some((_, nodes)) => nodes.push(node),
+            None => self.defaults.push((node.tag(), vec![node])),
+        }
+    }
+
+    /// The elements that set defaults of a tag.
+    fn of(&self, tag: &str) -> &[Node<'t>] {
+        let found = self.defaults.iter().find(|(own, _)| *own == tag);
+        found.map_or(&[], |(_, nodes)| nodes)
     }
 }
