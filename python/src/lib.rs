@@ -117,7 +117,6 @@ mod _dualbody {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         super::errors::silence_panics();
-        super::arrays::find_numpy(module.py())?;
         super::dynamics::add_to(module)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }

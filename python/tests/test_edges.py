@@ -128,7 +128,7 @@ def test_control_c_while_arrays_are_first_used_is_an_interrupt() -> None:
         "from numpy.lib import NumpyVersion\n"
         "def interrupt(*_):\n    raise KeyboardInterrupt\n"
         "NumpyVersion.__init__ = interrupt\n"
-        "try:\n    db.samples.pendulum().random_state(1)\n"
+        "try:\n    db.mass_matrix(db.samples.pendulum(), [0.3])\n"
         "except KeyboardInterrupt:\n    print('interrupted')\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

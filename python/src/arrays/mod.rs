@@ -7,10 +7,8 @@ mod output;
 mod plain;
 mod rows;
 
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
-use pyo3::prelude::*;
-
-use crate::errors::guarded;
+use numpy::PyArrayDyn;
+use pyo3::Bound;
 
 pub(crate) use map::{WIDTH, Wide, Work, in_rows, map_plain, map_rows, map_views, with_memory};
 pub(crate) use output::{checked_output, empty, numbers_mut, room};
@@ -21,11 +19,3 @@ pub(crate) use plain::{
 pub(crate) use rows::{Argument, Rows, View, argument, common_batch, numbers};
 
 pub(crate) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
-
-/// Finds NumPy's functions, where the program has imported NumPy already. Else the first array finds them, which Ctrl-C can interrupt.
-pub(crate) fn find_numpy(py: Python<'_>) -> PyResult<()> {
-    match py.import("sys")?.getattr("modules")?.contains("numpy")? {
-        true => guarded(|| drop(PyArray1::<f64>::zeros(py, 0, false).readonly())),
-        false => Ok(()),
-    }
-}

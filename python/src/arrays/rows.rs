@@ -1,12 +1,12 @@
 //! Arguments, row by row.
 
 use numpy::npyffi::{NPY_TYPES, PyArray_CheckExact};
-use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
 use super::Array;
-use crate::errors::{refuse, shape_error};
+use crate::errors::{guarded, refuse, shape_error};
 use crate::limits::check_array;
 
 /// An argument with its name and the shape of one row.
@@ -125,6 +125,7 @@ fn wrong_shape(argument: &Argument<'_, '_>, shape: &[usize]) -> PyErr {
 /// An array of `float64` in C order: the argument itself, or a copy.
 #[inline]
 pub(crate) fn numbers<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Array<'py>> {
+    find_numpy(value.py())?;
     if let Some(array) = of_f64(value)
         && is_plain(array)
         && array.is_c_contiguous()
@@ -133,6 +134,13 @@ pub(crate) fn numbers<'py>(name: &str, value: &Bound<'py, PyAny>) -> PyResult<Ar
         return Ok(array.clone());
     }
     converted(name, value)
+}
+
+/// Finds NumPy's functions before the first array, for which a few lines of Python run that Ctrl-C may interrupt.
+fn find_numpy(py: Python<'_>) -> PyResult<()> {
+    static IS_FOUND: PyOnceLock<()> = PyOnceLock::new();
+    let find = || guarded(|| drop(PyArray1::<f64>::zeros(py, 0, false).readonly()));
+    IS_FOUND.get_or_try_init(py, find).copied()
 }
 
 /// Whether an array is of no subclass: those of masked arrays, for example, mean more than their numbers.
