@@ -175,6 +175,8 @@ impl Hardware {
     ///
     /// # Panics
     /// If there are not as many as [`names`](Self::names).
+    // Compiled where it is called: it builds the robot over dual numbers, which few programs do.
+    #[inline]
     pub fn parameter_jacobian(&self, x: &[f64]) -> Result<DMatrix<f64>, EditError> {
         self.check(x)?;
         let rows = self.model.parameters().len();
