@@ -39,6 +39,7 @@
 //! | fix their origins (ball joint)? | [`Constraint::ball`] | 3 | |
 //! | keep their distance (rod)? | [`Constraint::distance`] | 1 | |
 //! | couple the positions of two joints? | [`Constraint::coupler`] | 1 | |
+//! | … by a polynomial: a knee, a cam? | [`Constraint::polynomial_coupler`] | 1 | |
 //! | couple the positions of several joints (tendon)? | [`Constraint::tendon`] | 1 | |
 //! | set the decay time of errors? | [`Constraint::with_time_constant`] | | [Baumgarte 1972] |
 //! | make a constraint elastic? | [`Constraint::with_spring`] | | |

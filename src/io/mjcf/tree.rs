@@ -9,6 +9,9 @@ use std::rc::Rc;
 use crate::error::SourcePosition;
 use crate::io::place::{ImportNote, SourcePlace};
 
+/// Address and length of a text.
+type Place = (usize, usize);
+
 /// All elements; the first one is the root.
 #[derive(Debug)]
 pub(super) struct Tree {
@@ -16,7 +19,7 @@ pub(super) struct Tree {
     /// Names of the files, the description first.
     pub(super) files: Vec<Rc<str>>,
     /// Pairs of tag and attribute that a reader requested.
-    asked: RefCell<BTreeMap<[(usize, usize); 2], (&'static str, &'static str)>>,
+    asked: RefCell<BTreeMap<[Place; 2], (&'static str, &'static str)>>,
 }
 
 /// An element.
