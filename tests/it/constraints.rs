@@ -480,7 +480,7 @@ fn bead_on_a_parabola_keeps_its_energy() {
 #[test]
 #[should_panic(expected = "couple that one by a polynomial")]
 fn followers_are_not_tied_by_polynomials() {
-    let model = crate::common::gripper().build();
+    let model = gripper().build();
     let model = model.expect("a robot with followers");
     let body = model
         .bodies()
