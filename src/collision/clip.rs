@@ -3,6 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::corner::{Across, Corner, Ends, edge, placed_edge};
+use super::ends::each_end;
 use super::feature::{Face, FeatureId, MAX_POINTS, Manifold, NormalSource, PairFeature, Witness};
 use super::field_pairs::{each_pair, is_field};
 use super::patch::{MAX_CORNERS, Patch};
@@ -78,14 +79,11 @@ pub(super) fn manifold(
     if nearest.distance > margin {
         return;
     }
-    if pair.id.normal == NormalSource::Features && !is_field(a.shape, b.shape) {
-        return out.push(pair);
-    }
     let size = a.reach() + b.reach();
     let slack = SLACK * size;
     let mut found = [nearest; MAX_PAIRS];
     let mut len = 1;
-    each_point(a, b, &pair, TOUCHING, slack, &mut |point| {
+    let mut add = |point: Point| {
         let is_new = found[..len]
             .iter()
             .all(|known| known.pair.id != point.pair.id);
@@ -93,7 +91,15 @@ pub(super) fn manifold(
             found[len] = point;
             len += 1;
         }
-    });
+    };
+    if pair.id.normal == NormalSource::Features && !is_field(a.shape, b.shape) {
+        let across = Across::new(&pair.seed);
+        each_end(a, b, &pair, slack, &mut |end| {
+            add(point(a, b, end, &across))
+        });
+    } else {
+        each_point(a, b, &pair, TOUCHING, slack, &mut add);
+    }
     span(&mut found[..len], SAME * size, out);
 }
 

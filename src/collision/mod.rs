@@ -25,6 +25,7 @@ mod bounds;
 mod broad_phase;
 mod clip;
 mod corner;
+mod ends;
 mod feature;
 mod field;
 mod field_pairs;

@@ -88,6 +88,7 @@ mod named_forces;
 mod own_scalars;
 mod pages_of_contact;
 mod pair_reports;
+mod parallel_sides;
 mod parameters;
 #[cfg(feature = "render")]
 mod pictures;

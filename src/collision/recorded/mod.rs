@@ -26,7 +26,7 @@ use crate::scalar::{MapEach, Scalar};
 use crate::spatial::Transform;
 use cuboid::Cuboid;
 use plane::Plane;
-use round::Round;
+use round::{MOST_ALONG, Round};
 
 /// Distance of a point that is not there, m: no contact model reaches as far.
 const FAR: f64 = 1e6;
@@ -70,11 +70,12 @@ pub(crate) fn recorded_points<P>(a: &Shape<P>, b: &Shape<P>) -> Option<usize> {
     use Shape::{Box, Capsule, HalfSpace, Sphere};
     match (a, b) {
         (Sphere { .. }, Sphere { .. } | Capsule { .. } | Box { .. } | HalfSpace)
-        | (Capsule { .. }, Sphere { .. } | Capsule { .. })
+        | (Capsule { .. }, Sphere { .. })
         | (Box { .. } | HalfSpace, Sphere { .. }) => Some(1),
         (Capsule { .. }, Box { .. } | HalfSpace) | (Box { .. } | HalfSpace, Capsule { .. }) => {
             Some(2)
         }
+        (Capsule { .. }, Capsule { .. }) => Some(MOST_ALONG),
         (Box { .. }, HalfSpace) | (HalfSpace, Box { .. }) => Some(4),
         (Box { .. }, Box { .. }) => Some(MAX_POINTS),
         _ => None,
@@ -128,7 +129,7 @@ pub(crate) fn recorded_witness<T: Scalar>(
 /// All points of two solids; `None` for two half-spaces.
 fn points<T: Scalar>(a: &Solid<T>, b: &Solid<T>) -> Option<Vec<Witness<T>>> {
     Some(match (a, b) {
-        (Solid::Round(a), Solid::Round(b)) => vec![round::nearest(a, b)],
+        (Solid::Round(a), Solid::Round(b)) => round::points(a, b),
         (Solid::Round(a), Solid::Box(b)) if a.is_point => vec![point_box::nearest(a, b)],
         (Solid::Round(a), Solid::Box(b)) => capsule_box::points(a, b),
         (Solid::Box(a), Solid::Box(b)) => box_box::points(a, b),

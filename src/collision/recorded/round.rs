@@ -2,14 +2,19 @@
 
 use nalgebra::Vector3;
 
+use super::pack::{Candidate, distinct, packed};
 use super::when::{Nearest, When};
-use super::{PARALLEL, SEED, line, nearest as nearest_of_features, vertex};
+use super::{EQUAL, PARALLEL, SEED, line, nearest as nearest_of_features, vertex};
+use crate::collision::ends::ALONGSIDE;
 use crate::collision::feature::{NormalSource, Witness};
 use crate::collision::placed::{Core, Placed};
 use crate::collision::witness::{along, nearest_normal};
 use crate::nested::IntoNested;
 use crate::scalar::Scalar;
 use crate::spatial::linear::{cross, dot};
+
+/// Most points of two segments: the nearest one between the ends of their overlap.
+pub(super) const MOST_ALONG: usize = 3;
 
 /// A point or a segment with a radius around it.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +71,14 @@ impl<T: Scalar> Round<T> {
         let place = dot(&u, &(point - self.ends[0]));
         When::positive(place).and(When::less(place, dot(&u, &u)))
     }
+
+    /// The same, or beyond an end by rounding.
+    fn is_within(&self, point: &Vector3<T>) -> When<T> {
+        let u = self.direction();
+        let (place, square) = (dot(&u, &(point - self.ends[0])), dot(&u, &u));
+        let beyond = square * EQUAL;
+        When::positive(place + beyond).and(When::less(place, square + beyond))
+    }
 }
 
 /// The nearest points of two of them.
@@ -95,6 +108,30 @@ pub(super) fn nearest<T: Scalar>(a: &Round<T>, b: &Round<T>) -> Witness<T> {
     best.0
 }
 
+/// The points of two of them: the nearest, and ends of their overlap where both are segments that lie along one another.
+pub(super) fn points<T: Scalar>(a: &Round<T>, b: &Round<T>) -> Vec<Witness<T>> {
+    let first = nearest(a, b);
+    let (Some(u), Some(v)) = (a.line(), b.line()) else {
+        return vec![first];
+    };
+    let (is, point) = (When::always(), first);
+    let mut all = vec![Candidate { is, point }];
+    let are_along = sine_is_less(&[u, v], ALONGSIDE);
+    for p in a.vertices() {
+        let point = nearest_of_features(&[p, v]);
+        let is = b.is_within(&p.center).and(are_along);
+        all.push(Candidate { is, point });
+    }
+    for q in b.vertices() {
+        let point = nearest_of_features(&[u, q]);
+        let is = a.is_within(&q.center).and(are_along);
+        all.push(Candidate { is, point });
+    }
+    let size = [a, b].map(|own| dot(&own.direction(), &own.direction()).sqrt() * 0.5 + own.radius);
+    distinct(&mut all, (size[0] + size[1]).detached());
+    packed(&all, MOST_ALONG)
+}
+
 /// The points at which two lines are nearest, where they are not parallel, with the normal towards a direction.
 pub(super) fn crossing<T: Scalar>(
     lines: &[Placed<T>; 2],
@@ -107,11 +144,16 @@ pub(super) fn crossing<T: Scalar>(
 }
 
 /// Whether two lines are not parallel.
-fn cross_each_other<T: Scalar>([a, b]: &[Placed<T>; 2]) -> When<T> {
+fn cross_each_other<T: Scalar>(lines: &[Placed<T>; 2]) -> When<T> {
+    sine_is_less(lines, PARALLEL).not()
+}
+
+/// Whether the sine of the angle between two lines is at most a number.
+fn sine_is_less<T: Scalar>([a, b]: &[Placed<T>; 2], most: f64) -> When<T> {
     let (Core::Line(u), Core::Line(v)) = (&a.core, &b.core) else {
-        return When::always();
+        return When::always().not();
     };
     let product = cross(u, v);
-    let least = dot(u, u) * dot(v, v) * (PARALLEL * PARALLEL);
-    When::less(least, dot(&product, &product))
+    let largest = dot(u, u) * dot(v, v) * (most * most);
+    When::less(largest, dot(&product, &product)).not()
 }
