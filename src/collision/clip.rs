@@ -95,7 +95,7 @@ pub(super) fn manifold(
     if pair.id.normal == NormalSource::Features && !is_field(a.shape, b.shape) {
         let across = Across::new(&pair.seed);
         each_end(a, b, &pair, slack, &mut |end| {
-            add(point(a, b, end, &across))
+            add(point(a, b, end, &across));
         });
     } else {
         each_point(a, b, &pair, TOUCHING, slack, &mut add);
