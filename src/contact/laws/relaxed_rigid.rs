@@ -27,6 +27,9 @@ use crate::scalar::{Over, Scalar};
 ///   reason above, and carry ∛4 times as many boxes: with its elliptic cones 14 stand for a minute and 15 fall after 53 s; with pyramids 20 stand with a
 ///   tilt. For a higher stack raise the largest impedance: with 0.99, ten boxes stand for a minute at 1e-14 m/s, and the tilt of twelve grows at
 ///   0.003/s. A stack of [`Rigid`](crate::contact::Rigid) contacts does not buckle.
+/// * Where the line of a normal passes close to the axis of the only joint that moves the point, Gₙₙ and R are nearly zero: a deep overlap there demands
+///   joint accelerations that grow without bound. `MuJoCo` yields, since its R is that of the body. A robot whose shapes overlap at such a joint should exclude
+///   this pair.
 /// * With long steps, an impact lasts several steps and can tip a body that should slide: a box of width 0.4 times its height with μ = 0.37 on a
 ///   slope of ½ tips over at 10 ms. [`Rigid`](crate::contact::Rigid) distinguishes both cases correctly.
 /// * The derivatives of each step are exact, but those of a motion through a bounce are biased at any step length. The depth at the first step in
