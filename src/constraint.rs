@@ -228,16 +228,20 @@ impl<P: Scalar> Constraint<P> {
                 anchor.each_turn(of, each);
             }
         }
-        let (coefficients, quantity) = match &mut self.kind {
-            ConstraintKind::Tendon { coefficients, .. } => {
-                (coefficients, "coefficient of a tendon")
+        let mut each_of = |all: &mut [P], name: &str, first: usize, quantity: &str| {
+            for (k, c) in (first..).zip(all) {
+                let name = format_args!("{name} {k}");
+                each(Number::new(&name, &quantity, Domain::Finite), c);
             }
-            ConstraintKind::Coupler { higher, .. } => (higher, POWER),
-            _ => (&mut Vec::new(), ""),
         };
-        for (k, c) in coefficients.iter_mut().enumerate() {
-            let name = format_args!("coefficient {k}");
-            each(Number::new(&name, &quantity, Domain::Finite), c);
+        match &mut self.kind {
+            ConstraintKind::Tendon { coefficients, .. } => {
+                each_of(coefficients, "coefficient", 0, "coefficient of a tendon");
+            }
+            ConstraintKind::Coupler { higher, .. } => {
+                each_of(higher, "coefficient of power", 2, POWER)
+            }
+            _ => {}
         }
         Numbers::each_number(self, each);
     }

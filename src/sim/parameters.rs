@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | the model's | inertias, placements of joints, gravity, damping, armature, springs, placements of frames | see [`Model::parameters`](crate::Model::parameters) |
 //! | actuator of each velocity coordinate, as far as set | torque, threshold and largest speed of its motor; effort limit; force and slip velocity of Coulomb friction; lower and upper position limit, their stiffness, damping and exponents; speed limit and its damping | N·m, rad/s, rad; or N, m/s, m |
-//! | each kinematic constraint | origins of its attachment frames; rotations of welded ones; coefficients of a tendon; length, or ratio and offset; time constant, or stiffness and damping of a spring; maximum force | m; rad; m, or rad or m; s, or N/m, N·s/m; N |
+//! | each kinematic constraint | origins of its attachment frames; rotations of welded ones; coefficients of a tendon, or of the powers of a coupler; length, or ratio and offset; time constant, or stiffness and damping of a spring; maximum force | m; rad; m, or rad or m; s, or N/m, N·s/m; N |
 //! | each contact point | centre in the body frame, radius | m |
 //! | contact model of each point | friction and all other parameters of [the model](crate::contact::ContactLaw) | |
 //! | the ground | height and slopes along x and y of a plane; height of each node of a grid; parameters of a function | m, 1; m; the function's |
