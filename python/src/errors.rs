@@ -214,7 +214,11 @@ impl<T, E: Raise> OrRaise<T> for Result<T, E> {
 pub(crate) fn guarded<R>(work: impl FnOnce() -> R) -> PyResult<R> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|panic| match message(&*panic) {
         // The crate `numpy` panics where Ctrl-C is pressed while it imports NumPy.
-        text if text.contains("KeyboardInterrupt") => PyKeyboardInterrupt::new_err(()),
+        text if text.starts_with("Failed to access NumPy")
+            && text.contains("KeyboardInterrupt") =>
+        {
+            PyKeyboardInterrupt::new_err(())
+        }
         text => value_error(text),
     })
 }
