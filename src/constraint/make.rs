@@ -63,7 +63,7 @@ impl Constraint<f64> {
     ///
     /// // A pole on a cart that turns by the square of the way.
     /// let model = samples::cartpole();
-    /// let cam = Constraint::polynomial_coupler(&model, ["pendulum", "linear"], [0.0, 0.0, 0.5, 0.0, 0.0])?;
+    /// let cam = Constraint::polynomial_coupler(&model, ["pivot", "linear"], [0.0, 0.0, 0.5, 0.0, 0.0])?;
     /// let simulator = Simulator::new(model).with_time_step(1e-3).with_constraints(vec![cam]);
     /// let start = simulator.state(&[1.0, 0.5], &[1.0, 1.0]);
     /// let end = simulator.rollout(&start, 500, |_, _, _| {}).last().clone();
