@@ -239,7 +239,7 @@ impl<P: Scalar> Constraint<P> {
                 each_of(coefficients, "coefficient", 0, "coefficient of a tendon");
             }
             ConstraintKind::Coupler { higher, .. } => {
-                each_of(higher, "coefficient of power", 2, POWER)
+                each_of(higher, "coefficient of power", 2, POWER);
             }
             _ => {}
         }

@@ -1,5 +1,5 @@
-//! Constraints on positions of joints, φ = Σ gᵢ(qᵢ) − length: couplers and tendons. All gᵢ are cᵢ qᵢ, but for the second joint of a coupler, of which
-//! g may be a polynomial.
+//! Constraints on positions of joints, φ = Σ gᵢ(qᵢ) − length: couplers and tendons. gᵢ is cᵢ qᵢ, except that of the second joint of a coupler,
+//! which may be a polynomial.
 
 use super::{Constraint, ConstraintKind, ConstraintRow};
 use crate::model::{Body, BodyId, Model};

@@ -72,7 +72,7 @@ impl<T: Scalar> Round<T> {
         When::positive(place).and(When::less(place, dot(&u, &u)))
     }
 
-    /// The same, or beyond an end by rounding.
+    /// Whether a point, seen across the segment, lies between its ends or beyond one of them by rounding.
     fn is_within(&self, point: &Vector3<T>) -> When<T> {
         let u = self.direction();
         let (place, square) = (dot(&u, &(point - self.ends[0])), dot(&u, &u));
