@@ -33,8 +33,8 @@ def test_a_batch_equals_single_environments(name: str, mode: AutoresetMode) -> N
     n, steps = 5, 60
     envs = gymnasium.make_vec(name, num_envs=n, vectorization_mode="vector_entry_point", autoreset_mode=mode)
     singles = gymnasium.vector.SyncVectorEnv([lambda: gymnasium.make(name, disable_env_checker=True)] * n, autoreset_mode=mode)
-    actions = [envs.action_space.sample() for _ in range(steps)]
     envs.action_space.seed(0)
+    actions = [envs.action_space.sample() for _ in range(steps)]
     np.testing.assert_allclose(envs.reset(seed=11)[0], singles.reset(seed=11)[0], atol=1e-6)
     ends = 0
     for action in actions:
@@ -188,6 +188,7 @@ def test_a_balance_refuses_what_it_cannot_be() -> None:
 def test_render_is_a_page() -> None:
     env = gymnasium.make("dualbody/Quadruped-v0", render_mode="html")
     env.reset(seed=0)
+    env.action_space.seed(0)
     for _ in range(5):
         env.step(env.action_space.sample())
     assert "<html" in env.unwrapped.render()
