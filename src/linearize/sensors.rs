@@ -137,10 +137,8 @@ impl<T: Differentiable> Along<'_, T> {
         let moved = start.integrate(simulator.model(), &dx);
         let signal = memory.signals.find(simulator, &moved, &u);
         let at = EvaluationPoint::of_step(simulator, &moved, signal);
-        match sensors.read_forces() {
-            true => (self.known).write(&at, &self.directions, &mut memory.found),
-            false => (self.known).write_acceleration(&at, &self.directions, &mut memory.found),
-        }
+        let reads_forces = sensors.read_forces();
+        (self.known).write(&at, &self.directions, reads_forces, &mut memory.found);
         let mut y = DVector::zeros(sensors.len());
         let (found, scratch) = (&memory.found, &mut memory.sensors);
         sensors.read_found(&at, found, scratch, y.as_mut_slice());

@@ -2,19 +2,23 @@
 
 use std::collections::{HashMap, HashSet};
 
+use nalgebra::DVector;
+
 use super::actuator::{self, ActuatorEntry};
+use super::assemble::{self, Assembly};
 use super::body::{self, Bodies};
 use super::documents::Source;
 use super::joint::Kind;
 use super::naming::Naming;
 use super::references::References;
-use super::scene::{MjcfContacts, MjcfScene, MjcfTendon};
+use super::scene::{MjcfContacts, MjcfKeyframe, MjcfScene, MjcfTendon};
 use super::sections::{self, Names};
 use super::softness::InverseInertias;
 use super::walk::{Part, Walk};
 use super::{
-    actuator_joint, assemble, equality, keyframe, option, pairs, reference, sensor, springs, tendon,
+    actuator_joint, equality, keyframe, option, pairs, reference, sensor, springs, tendon,
 };
+use crate::constraint::Constraint;
 use crate::error::LoadError;
 use crate::io::ModelOptions;
 use crate::io::context::Context;
@@ -22,7 +26,7 @@ use crate::io::massless::{self, Remark};
 use crate::io::options::close;
 use crate::io::place::{ImportNote, SourcePlace};
 use crate::io::report::ImportReport;
-use crate::io::sensors;
+use crate::io::sensors::{self, ImportedSensor};
 use crate::model::{Base, JointId, Model, ModelBuilder};
 use crate::sim::State;
 
@@ -97,78 +101,31 @@ pub(super) fn read(
     bodies.let_act(settings.acting);
     let contacts = beside.contacts(&mut bodies, settings.neighbours_touch, context)?;
     beside.references.check_unread(main)?;
-
-    let name = main.root.filled("model").unwrap_or_default();
-    let gravity = options.gravity.unwrap_or(settings.gravity);
-    let builder = ModelBuilder::new(name)
-        .with_source(context.file)
-        .with_gravity(gravity);
-    let assembly = assemble::assemble(&bodies, builder, options.base, context);
-    let (builder, base) = assembly.finish();
-    let builder = springs::add(builder, &bodies, base, assembly.floats())?;
-    let model = options.build_on(builder, base)?;
-    let q = reference::reference(&model, &bodies, assembly.floats());
+    let built = Built::new(&bodies, &settings, options, main, context)?;
     for own in &mut actuators {
-        own.mount(&assembly.names, &tendons, &model, context);
+        own.mount(&built.assembly.names, &tendons, &built.model, context);
     }
-    damp(&mut actuators, &tendons, &model, q.as_slice())?;
+    damp(&mut actuators, &tendons, &built.model, built.q.as_slice())?;
+    let keyframes = built.keyframes(&mut beside, &actuators, context)?;
+    let mut constraints = built.equalities(&mut beside, &tendons, &settings, context)?;
+    let springs = tendon::springs(&tendons, &of_tendons, &built.model, &bodies, context);
+    constraints.extend(springs);
+    let sensors = built.sensors(&mut beside, &settings, context)?;
 
-    let target = keyframe::Target {
-        floats: assembly.floats() && model.has_floating_base(),
-        model: &model,
-        bodies: &bodies,
-        ids: (model.joints().iter().zip(0..))
-            .map(|(joint, i)| (joint.name.as_str(), JointId(i)))
-            .collect(),
-        reference: &q,
-        actuators: actuators.len(),
-        activations: actuators.iter().filter(|own| own.has_dynamics).count(),
-    };
-    let keyframes = beside.read("keyframe", context, |part, context| {
-        keyframe::read(part, &target, context)
-    })?;
-    let at_reference = equality::Reference {
-        model: &model,
-        q: q.as_slice(),
-        names: &assembly.names,
-        inverses: InverseInertias::new(&model, q.as_slice(), &bodies),
-        time_step: settings.simulation.time_step,
-        tendons: tendons.iter().map(|own| (own.name.as_str(), own)).collect(),
-    };
-    let mut constraints = beside.read("equality", context, |part, context| {
-        match settings.acting.equality {
-            true => equality::read(part, &at_reference, context),
-            false => Ok(disabled(part, context)),
-        }
-    })?;
-    constraints.extend(tendon::springs(
-        &tendons,
-        &of_tendons,
-        &model,
-        &bodies,
-        context,
-    ));
-    let measured = sensor::Target {
-        model: &model,
-        names: &assembly.names,
-        magnetic: settings.magnetic,
-    };
     let has_dynamics: Vec<bool> = actuators.iter().map(|own| own.has_dynamics).collect();
     let mut scene = MjcfScene {
-        reference: State::new(q.as_slice(), &vec![0.0; model.nv()]),
+        reference: State::new(built.q.as_slice(), &vec![0.0; built.model.nv()]),
         constraints,
         contacts: match settings.acting.contact {
-            true => contacts.placed(&bodies, assembly.floats()),
+            true => contacts.placed(&bodies, built.assembly.floats()),
             false => MjcfContacts::default(),
         },
-        sensors: beside.read("sensor", context, |part, context| {
-            sensor::read(part, &measured, context).map(Some)
-        })?,
+        sensors,
         actuation: actuators.into_iter().map(|entry| entry.actuator).collect(),
         tendons,
         keyframes: Vec::new(),
         options: settings.simulation,
-        model,
+        model: built.model,
     };
     scene.activate(keyframes, &has_dynamics);
     let joints = bodies.entries.iter().flat_map(|body| &body.joints);
@@ -178,12 +135,111 @@ pub(super) fn read(
         places: places.collect(),
         whole: main.root.place(),
         base: match options.base {
-            Base::Auto => base,
+            Base::Auto => built.base,
             wanted => wanted,
         },
-        between: assembly.between,
+        between: built.assembly.between,
         scene,
     })
+}
+
+/// The model of the bodies, in the configuration in which the file has them, and what refers to it.
+struct Built<'a> {
+    bodies: &'a Bodies,
+    assembly: Assembly<'a>,
+    model: Model,
+    base: Base,
+    q: DVector<f64>,
+}
+
+impl<'a> Built<'a> {
+    fn new(
+        bodies: &'a Bodies,
+        settings: &option::Options,
+        options: &ModelOptions,
+        main: &Source<'_>,
+        context: &mut Context<'_>,
+    ) -> Result<Self, LoadError> {
+        let name = main.root.filled("model").unwrap_or_default();
+        let gravity = options.gravity.unwrap_or(settings.gravity);
+        let builder = ModelBuilder::new(name)
+            .with_source(context.file)
+            .with_gravity(gravity);
+        let assembly = assemble::assemble(bodies, builder, options.base, context);
+        let (builder, base) = assembly.finish();
+        let builder = springs::add(builder, bodies, base, assembly.floats())?;
+        let model = options.build_on(builder, base)?;
+        Ok(Self {
+            q: reference::reference(&model, bodies, assembly.floats()),
+            bodies,
+            assembly,
+            model,
+            base,
+        })
+    }
+
+    fn keyframes(
+        &self,
+        beside: &mut Beside<'_, '_, '_>,
+        actuators: &[ActuatorEntry],
+        context: &mut Context<'_>,
+    ) -> Result<Vec<MjcfKeyframe>, LoadError> {
+        let joints = self.model.joints().iter().zip(0..);
+        let target = keyframe::Target {
+            floats: self.assembly.floats() && self.model.has_floating_base(),
+            model: &self.model,
+            bodies: self.bodies,
+            ids: joints
+                .map(|(joint, i)| (joint.name.as_str(), JointId(i)))
+                .collect(),
+            reference: &self.q,
+            actuators: actuators.len(),
+            activations: actuators.iter().filter(|own| own.has_dynamics).count(),
+        };
+        beside.read("keyframe", context, |part, context| {
+            keyframe::read(part, &target, context)
+        })
+    }
+
+    fn equalities(
+        &self,
+        beside: &mut Beside<'_, '_, '_>,
+        tendons: &[MjcfTendon],
+        settings: &option::Options,
+        context: &mut Context<'_>,
+    ) -> Result<Vec<Constraint>, LoadError> {
+        let q = self.q.as_slice();
+        let at = equality::Reference {
+            model: &self.model,
+            q,
+            names: &self.assembly.names,
+            inverses: InverseInertias::new(&self.model, q, self.bodies),
+            time_step: settings.simulation.time_step,
+            tendons: tendons.iter().map(|own| (own.name.as_str(), own)).collect(),
+        };
+        beside.read("equality", context, |part, context| {
+            match settings.acting.equality {
+                true => equality::read(part, &at, context),
+                false => Ok(disabled(part, context)),
+            }
+        })
+    }
+
+    fn sensors(
+        &self,
+        beside: &mut Beside<'_, '_, '_>,
+        settings: &option::Options,
+        context: &mut Context<'_>,
+    ) -> Result<Vec<ImportedSensor>, LoadError> {
+        let target = sensor::Target {
+            model: &self.model,
+            names: &self.assembly.names,
+            magnetic: settings.magnetic,
+        };
+        beside.read("sensor", context, |part, context| {
+            sensor::read(part, &target, context).map(Some)
+        })
+    }
 }
 
 /// No element, with a remark.

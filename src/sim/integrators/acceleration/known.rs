@@ -30,46 +30,37 @@ impl<T: Differentiable> KnownAcceleration<T> {
         )
     }
 
-    /// Leaves acceleration and motions as if they had been found at a point over dual numbers.
+    /// Leaves acceleration and motions as if they had been found at a point over dual numbers, and, if they are read, the forces of all terms.
     ///
     /// * `directions` – those of the dual numbers, of the tangent of the state and of the input
-    pub(crate) fn write_acceleration<const N: usize>(
+    pub(crate) fn write<const N: usize>(
         &self,
         at: &EvaluationPoint<'_, f64, Dual<T, N>>,
         directions: &Range<usize>,
+        reads_forces: bool,
         out: &mut AccelerationScratch<Dual<T, N>>,
     ) where
         Dual<T, N>: Over<f64>,
     {
+        if reads_forces {
+            at.simulator.apply_terms(at, out);
+        }
+        let (found, along) = (self.found.get(), Along::new(at, directions));
+        let a = found.a.iter().enumerate();
         out.a.clear();
-        let a = self.found.get().a.iter().enumerate();
-        let along = Along::new(at, directions);
         out.a.extend(a.map(|(k, &a)| along.number(&self.a, (k, a))));
         let balance = out.balance.as_deref_mut();
         if let Some(balance) = balance.filter(|_| at.may_have_rows()) {
             balance.place(at);
         }
-    }
-
-    /// [`write_acceleration`](Self::write_acceleration), with the forces of all terms.
-    pub(crate) fn write<const N: usize>(
-        &self,
-        at: &EvaluationPoint<'_, f64, Dual<T, N>>,
-        directions: &Range<usize>,
-        out: &mut AccelerationScratch<Dual<T, N>>,
-    ) where
-        Dual<T, N>: Over<f64>,
-    {
-        at.simulator.apply_terms(at, out);
-        self.write_acceleration(at, directions, out);
-        let found = self.found.get();
-        let forces = found
-            .balance
-            .as_deref()
-            .map_or(&[][..], |own| own.rows().forces());
-        let rows = self.forces.nrows();
-        let forces = forces.iter().take(rows).enumerate();
-        let along = Along::new(at, directions);
+        if !reads_forces {
+            return;
+        }
+        let forces = match found.balance.as_deref() {
+            Some(own) => own.rows().forces(),
+            None => &[],
+        };
+        let forces = forces.iter().take(self.forces.nrows()).enumerate();
         let forces = forces.map(|(row, &f)| along.number(&self.forces, (row, f)));
         out.follow(at, found, forces);
     }
