@@ -442,7 +442,7 @@ def stubs() -> str:
     for rust, name in list(writer.classes.items())[1:]:
         own = sorted((x for x in entries if x.owner == rust and x.name not in HIDDEN), key=place)
         members = list(map(writer.entry, own))
-        lines.append(("" if rust in writer.subclassed else "@final\n") + f"class {name}:")
+        lines.append(("" if rust in writer.subclassed else "@final\n") + f"class {name}:" + ("" if members else " ..."))
         lines += [re.sub(r"^(?=.)", "    ", member, flags=re.M) for member in members]
     return "\n".join(lines) + "\n"
 

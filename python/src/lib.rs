@@ -83,8 +83,8 @@ mod _dualbody {
     #[pymodule_export]
     use super::model::{
         _build_model, _edited, _hardware, _hardware_jacobian, _hardware_model, _import_report,
-        _load_model, _random_state, _sample, _sample_urdf, _solid_inertia, _unit_joint_forces,
-        PyEngineCoordinates, PyImportReport, PyModel,
+        _load_model, _load_scene, _random_state, _sample, _sample_urdf, _scene_model,
+        _solid_inertia, _unit_joint_forces, PyEngineCoordinates, PyImportReport, PyModel, PyScene,
     };
     #[pymodule_export]
     use super::native::PyNativeFunction;

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -697,3 +698,17 @@ def test_tiles_of_ground_equal_the_library_and_refuse_others() -> None:
             assert abs(ground.surface(x, y)[0] - heights[i, j]) < 1e-12
     with pytest.raises(ValueError, match="tile 1 has size"):
         db.contact.HeightField.tiled([grids[0], db.contact.HeightField((0, 0), (1, 1), [[0.0] * 2] * 2)], 1)
+
+
+def test_a_file_is_read_once(tmp_path: Path) -> None:
+    file = tmp_path / "rod.xml"
+    text = """<mujoco><worldbody><body><joint name="j" axis="0 1 0"/><geom size="0.1"/></body></worldbody>
+      <actuator><motor joint="j"/></actuator><keyframe><key name="bent" qpos="0.3"/></keyframe></mujoco>"""
+    file.write_text(text)
+    simulator = db.Simulator.from_mjcf(file)
+    file.unlink()
+    slower = simulator.replace(time_step=1e-4)
+    heavier = slower.with_parameters(slower.parameters * 1.0)
+    for own in (simulator, slower, heavier, pickle.loads(pickle.dumps(heavier))):
+        assert own.nu == 1 and own.keyframes["bent"][0] == [0.3]
+    assert heavier.time_step == 1e-4 and pickle.loads(pickle.dumps(simulator.model)) == simulator.model

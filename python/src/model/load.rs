@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dualbody::error::LoadError;
-use dualbody::io::{MasslessLinks, MjcfScene};
+use dualbody::io::MasslessLinks;
 use dualbody::model::{Base, BodyId, UpAxis};
 use dualbody::{ImportReport, ModelOptions};
 
@@ -90,55 +90,38 @@ impl PyModel {
         description: &Bound<'_, PyAny>,
         keywords: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let py = description.py();
-        let none = PyDict::new(py);
-        let keywords = keywords.unwrap_or(&none);
-        match description.extract::<String>() {
-            Ok(text) if is_text(&text) => _load_model(py, format, Some(text), None, keywords),
-            _ => {
-                let path = description.extract::<PathBuf>();
-                let path =
-                    path.map_err(|_| type_error("description is neither a text nor a path"))?;
-                _load_model(py, format, None, Some(path), keywords)
-            }
+        of_description(_load_model, format, description, keywords)
+    }
+}
+
+/// Hands a description to a function of format, text, path and keywords.
+pub(super) fn of_description<'py, T>(
+    load: impl FnOnce(
+        Python<'py>,
+        &str,
+        Option<String>,
+        Option<PathBuf>,
+        &Bound<'py, PyDict>,
+    ) -> PyResult<T>,
+    format: &str,
+    description: &Bound<'py, PyAny>,
+    keywords: Option<&Bound<'py, PyDict>>,
+) -> PyResult<T> {
+    let py = description.py();
+    let none = PyDict::new(py);
+    let keywords = keywords.unwrap_or(&none);
+    match description.extract::<String>() {
+        Ok(text) if is_text(&text) => load(py, format, Some(text), None, keywords),
+        _ => {
+            let path = description.extract::<PathBuf>();
+            let path = path.map_err(|_| type_error("description is neither a text nor a path"))?;
+            load(py, format, None, Some(path), keywords)
         }
     }
-
-    /// Format, text, path and keywords of the description that it was loaded from.
-    pub(crate) fn source<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(self.recipe.1.bind(py).clone().into_any())
-    }
-}
-
-/// Makes the simulator of a description again, with its model.
-///
-/// * `recipe` – format, text, path and keywords
-pub(crate) fn simulator_of(recipe: &Bound<'_, PyAny>) -> PyResult<Simulator> {
-    let format: String = recipe.get_item(0)?.extract()?;
-    if format == "mjcf" {
-        let scene = scene_of(recipe)?;
-        return guarded(|| scene.simulator());
-    }
-    let (model, report) = Source::of(recipe)?.load(
-        |options, path| options.load_urdf_file(path),
-        |options, text| options.load_urdf_str(text),
-    )?;
-    guarded(|| report.simulator(model))
-}
-
-/// Reads the scene of an MJCF again.
-///
-/// * `recipe` – format, text, path and keywords
-pub(crate) fn scene_of(recipe: &Bound<'_, PyAny>) -> PyResult<MjcfScene> {
-    let (scene, _) = Source::of(recipe)?.load(
-        |options, path| options.load_mjcf_scene_file(path),
-        |options, text| options.load_mjcf_scene_str(text),
-    )?;
-    Ok(scene)
 }
 
 /// A description.
-struct Source {
+pub(super) struct Source {
     options: ModelOptions,
     text: Option<String>,
     path: Option<PathBuf>,
@@ -147,7 +130,7 @@ struct Source {
 }
 
 impl Source {
-    fn new(
+    pub(super) fn new(
         text: Option<String>,
         path: Option<PathBuf>,
         keywords: &Bound<'_, PyDict>,
@@ -164,15 +147,8 @@ impl Source {
         })
     }
 
-    /// That of a recipe: format, text, path and keywords.
-    fn of(recipe: &Bound<'_, PyAny>) -> PyResult<Self> {
-        type Recipe<'py> = (String, Option<String>, Option<PathBuf>, Bound<'py, PyDict>);
-        let (_, text, path, keywords): Recipe<'_> = recipe.extract()?;
-        Self::new(text, path, &keywords)
-    }
-
     /// Reads the file if it is there; else the text, with meshes beside the file.
-    fn load<T>(
+    pub(super) fn load<T>(
         &self,
         of_file: fn(&ModelOptions, &Path) -> Result<T, LoadError>,
         of_text: fn(&ModelOptions, &str) -> Result<T, LoadError>,
@@ -183,6 +159,17 @@ impl Source {
             path => of_text(&beside(self.options.clone(), path.as_ref()), text),
         });
         loaded?.or_raise()
+    }
+
+    /// What reads it again: format, text, path and keywords.
+    pub(super) fn recipe<'py>(
+        self,
+        format: &str,
+        options: &Bound<'py, PyDict>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        // As text: for a path as such PyO3 imports `pathlib`, which takes longer than a small robot to load.
+        let path = self.path.map(PathBuf::into_os_string);
+        (format, self.text, path, options).into_pyobject(options.py())
     }
 }
 
@@ -197,12 +184,9 @@ functions! {
             "mjcf" => source.load(|own, path| own.load_mjcf_file(path), |own, text| own.load_mjcf_str(text)),
             _ => source.load(|own, path| own.load_urdf_file(path), |own, text| own.load_urdf_str(text)),
         })?;
-        // As text: for a path as such PyO3 imports `pathlib`, which takes longer than a small robot to load.
-        let path = source.path.map(PathBuf::into_os_string);
-        let recipe = (format, source.text, path, options).into_pyobject(py)?;
         warn_of_floating_arm(py, &model, &report)?;
         let report = Py::new(py, PyImportReport { report })?;
-        let model = PyModel::new(model, ("_load_model", recipe));
+        let model = PyModel::new(model, ("_load_model", source.recipe(format, options)?));
         Ok(PyModel {
             report: Some(report),
             ..model
@@ -211,7 +195,11 @@ functions! {
 }
 
 /// Warns of a robot that floats unasked and whose base carries one chain only: as a rule an arm that was meant to stand.
-fn warn_of_floating_arm(py: Python<'_>, model: &Model, report: &ImportReport) -> PyResult<()> {
+pub(super) fn warn_of_floating_arm(
+    py: Python<'_>,
+    model: &Model,
+    report: &ImportReport,
+) -> PyResult<()> {
     let on_base = |body: &&dualbody::model::Body<f64>| body.parent == Some(BodyId(0));
     let is_unasked = (report.wanted_base, report.base) == (Base::Auto, Base::Floating);
     if !is_unasked || model.bodies().iter().filter(on_base).count() != 1 {

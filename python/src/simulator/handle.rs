@@ -6,7 +6,7 @@ use dualbody::contact::Contacts;
 use dualbody::sim::{BatchSimulator, BatchStates, Integrator};
 
 use crate::contact::{actuation_of, contacts_of, point_numbers, with_parts};
-use crate::model::{next_id, scene_of, simulator_of};
+use crate::model::{_scene_model, PyScene, next_id};
 use crate::prelude::*;
 
 /// A simulator of a batch.
@@ -47,10 +47,9 @@ const INTEGRATORS: [(&str, Integrator); 4] = [
 
 fn build(model: &Model, parts: &Bound<'_, PyDict>) -> PyResult<Simulator> {
     let get = |name: &str| parts.as_any().get_item(name);
-    let scene = get("_scene")?;
-    let mut simulator = match scene.is_none() {
-        true => Simulator::new(model.clone()),
-        false => of_scene(model, &scene)?,
+    let mut simulator = match scene_of(parts)? {
+        None => Simulator::new(model.clone()),
+        Some(scene) => of_scene(model, scene.get())?,
     };
     if let Some(time_step) = get("time_step")?.extract()? {
         simulator = simulator.with_time_step(time_step);
@@ -80,9 +79,14 @@ fn build(model: &Model, parts: &Bound<'_, PyDict>) -> PyResult<Simulator> {
     with_parts(simulator, parts.as_any())
 }
 
+/// The description among the arguments.
+fn scene_of<'py>(parts: &Bound<'py, PyDict>) -> PyResult<Option<Bound<'py, PyScene>>> {
+    Ok(parts.as_any().get_item("_scene")?.extract()?)
+}
+
 /// Makes the simulator of everything that a description holds.
-fn of_scene(model: &Model, recipe: &Bound<'_, PyAny>) -> PyResult<Simulator> {
-    let simulator = simulator_of(recipe)?;
+fn of_scene(model: &Model, scene: &PyScene) -> PyResult<Simulator> {
+    let simulator = scene.simulator()?;
     match simulator.model() == model {
         true => Ok(simulator),
         false => simulator.with_model(model.clone()).or_raise(),
@@ -132,10 +136,10 @@ impl PySimulator {
         keywords: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let py = description.py();
-        let model = PyModel::of_description(format, description, keywords)?;
-        let parts = dict!(py; integrator = py.None(), _scene = model.source(py)?);
-        let class = py.get_type::<Self>();
-        class.call((Bound::new(py, model)?,), Some(&parts))
+        let scene = PyScene::of_description(format, description, keywords)?;
+        let model = _scene_model(&scene)?;
+        let parts = dict!(py; integrator = py.None(), _scene = scene);
+        py.get_type::<Self>().call((model,), Some(&parts))
     }
 }
 
@@ -146,14 +150,10 @@ impl PySimulator {
     #[getter]
     fn keyframes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let out = PyDict::new(py);
-        let scene = self.parts.bind(py).as_any().get_item("_scene")?;
-        if scene.is_none() {
+        let scene = scene_of(self.parts.bind(py))?;
+        let Some(scene) = scene.as_ref().and_then(|scene| scene.get().mjcf.as_ref()) else {
             return Ok(out);
-        }
-        if scene.get_item(0)?.extract::<String>()? != "mjcf" {
-            return Ok(out);
-        }
-        let scene = scene_of(&scene)?;
+        };
         let state_of = |state: &State, u: Vec<f64>| {
             let [q, v] = [&state.q, &state.v].map(|x| vector(py, x.as_slice()));
             let mut contact = self.simulator.neutral_state::<f64>();
@@ -232,7 +232,7 @@ methods! { PySimulator {
         constraints: Option<Vec<Bound<'py, PyAny>>> = None, external_forces: Option<Vec<Bound<'py, PyAny>>> = None,
         frame_actuators: Option<Vec<Bound<'py, PyAny>>> = None, tendon_servos: Option<Vec<Bound<'py, PyAny>>> = None,
         activations: Option<Bound<'py, PyDict>> = None, sleeping: Option<Bound<'py, PyAny>> = None, divergence_bound: Option<f64> = None, parameters: Option<Bound<'py, PyAny>> = None,
-        _scene: Option<Bound<'py, PyAny>> = None
+        _scene: Option<Bound<'py, PyScene>> = None
     ) -> PyResult<Self> {
         let parts = dict!(py; _scene, time_step, integrator, actuated, contacts, actuation, constraints, external_forces, frame_actuators,
             tendon_servos, activations, sleeping, divergence_bound);
