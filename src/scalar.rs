@@ -35,7 +35,7 @@ mod vectorized;
 mod widths;
 
 pub(crate) use compiled::{Opaque, compiled_over_f64, same};
-pub(crate) use each::{MapEach, each, from_each};
+pub(crate) use each::{MapEach, each, from_each, pairs};
 pub(crate) use vectorized::{has_lanes, plus_scaled, vectorized, vectorized_over};
 pub use widths::{BATCH_WIDTH, CHUNK};
 pub(crate) use widths::{BLOCK, CACHE_LINE, ELIMINATED, GROUP, LEVEL, TILE};

@@ -1,7 +1,7 @@
 //! A problem, scaled so that every row is of size 1: one lane of it in plain numbers, or numbers that are recorded.
 
 use super::{Block, ConeProblem, Law};
-use crate::scalar::Scalar;
+use crate::scalar::{Scalar, pairs};
 
 /// A diagonal entry this small beside the largest is rounding, and its row is scaled like the largest.
 const NO_DIAGONAL: f64 = 1e-14;
@@ -233,13 +233,14 @@ impl<T: Scalar> System<T> {
     #[inline(always)]
     pub(super) fn rescale(&mut self, mut look: impl FnMut(T)) {
         let (n, scale) = (self.n, &self.scale);
-        for (g, &scale) in self.g.iter_mut().zip(scale) {
+        for (g, &scale) in pairs(&mut self.g, scale) {
             *g *= scale;
             look(*g);
         }
-        for (column, &scale_of_column) in self.w.chunks_exact_mut(n.max(1)).zip(scale) {
-            for (x, &scale) in column.iter_mut().zip(scale) {
-                *x *= scale * scale_of_column;
+        for (column, &scale_of_column) in pairs(self.w.chunks_exact_mut(n.max(1)), scale) {
+            let scale = &scale[..column.len()];
+            for (i, x) in column.iter_mut().enumerate() {
+                *x *= scale[i] * scale_of_column;
                 look(*x);
             }
         }
@@ -248,7 +249,7 @@ impl<T: Scalar> System<T> {
     /// y ← W f + g.
     pub(super) fn velocities(&self, f: &[T], g: &[T], y: &mut [T]) {
         y.copy_from_slice(g);
-        for (column, &f) in self.w.chunks_exact(self.n.max(1)).zip(f) {
+        for (column, &f) in pairs(self.w.chunks_exact(self.n.max(1)), f) {
             if !f.is_zero() {
                 let y = &mut y[..column.len()];
                 for i in 0..column.len() {

@@ -13,7 +13,7 @@ use crate::joint::{Floating, Joint, JointKind, with_joint};
 use crate::linalg::small_matrix::solve;
 use crate::model::BodyId;
 use crate::model::manifold::v_range;
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, pairs};
 use crate::spatial::{Force, Inertia, Motion};
 
 /// In place of the last body that is eliminated otherwise than before, where all are.
@@ -79,10 +79,10 @@ impl<T: Scalar> Working<T> {
     where
         T: Over<P>,
     {
-        for (resistance, &armature) in self.resistance.iter_mut().zip(armature) {
+        for (resistance, &armature) in pairs(&mut self.resistance, armature) {
             *resistance = T::from(armature);
         }
-        for (resistance, &beside) in self.resistance.iter_mut().zip(beside) {
+        for (resistance, &beside) in pairs(&mut self.resistance, beside) {
             *resistance += beside;
         }
     }
@@ -284,7 +284,9 @@ fn eliminate<P: Scalar, T: Over<P>, J: Joint>(
         }
     }
     solve(D.as_ref(), u.as_mut());
-    s.pushed[v..v + joint.nv()].copy_from_slice(u.as_ref());
+    for k in 0..joint.nv() {
+        s.pushed[v + k] = u.as_ref()[k];
+    }
 }
 
 /// Outward, with the acceleration of the world:  v̇ = D⁻¹ u − Wᵀ `A_P`,  A = X⁻¹ `A_P` + C + S v̇.
@@ -360,6 +362,8 @@ fn accelerate<T: Scalar, J: Joint>(
         },
     );
     joint.add_motion(own.as_ref(), &mut A);
-    a[v..v + joint.nv()].copy_from_slice(own.as_ref());
+    for k in 0..joint.nv() {
+        a[v + k] = own.as_ref()[k];
+    }
     A
 }

@@ -101,9 +101,11 @@ impl<T: Scalar> ArticulatedFactor<T> {
             },
         );
         factorize(D.as_mut());
-        let kept = self.D[v..v + joint.nv()].iter_mut();
-        for (k, (kept, row)) in kept.zip(D.as_ref()).enumerate() {
-            kept[..=k].copy_from_slice(&row.as_ref()[..=k]);
+        for k in 0..joint.nv() {
+            let (kept, row) = (&mut self.D[v + k], D.as_ref()[k].as_ref());
+            for m in 0..=k {
+                kept[m] = row[m];
+            }
         }
         D
     }
@@ -124,7 +126,9 @@ impl<T: Scalar> ArticulatedFactor<T> {
             |k| X.force(&U.as_ref()[k]),
         );
         let W = times_inverse(joint, &U_P, D);
-        self.W[v..v + joint.nv()].copy_from_slice(W.as_ref());
+        for k in 0..joint.nv() {
+            self.W[v + k] = W.as_ref()[k];
+        }
         Felt { U_P, W }
     }
 

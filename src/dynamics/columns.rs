@@ -4,7 +4,7 @@
 
 use crate::joint::{Axis, Joint};
 use crate::model::{Body, Model};
-use crate::scalar::{Additive, Linear, Scalar};
+use crate::scalar::{Additive, Linear, Scalar, pairs};
 use crate::spatial::{Force, Transform};
 
 /// The forces of single degrees of freedom on the body that the sweep has come to: one column for each that a body has, mimic joints
@@ -33,7 +33,7 @@ impl<T: Additive> Columns<T> {
     #[inline(always)]
     pub(crate) fn number<P>(&mut self, bodies: &[Body<P>]) {
         let mut n = 0;
-        for (body, first) in bodies.iter().zip(&mut self.first[1..]) {
+        for (body, first) in pairs(bodies, &mut self.first[1..]) {
             for k in 0..body.joint.nv() {
                 self.v[n + k] = body.v + k;
             }
@@ -86,8 +86,9 @@ impl<X: Additive> Columns<X> {
                 self.F[first + k] = X_PB.force(&F);
             }
         }
-        let carried = self.F[first + joint.nv()..end].iter_mut();
-        for (F, &column) in carried.zip(&self.v[first + joint.nv()..end]) {
+        let (all, columns) = (&mut self.F[..end], &self.v[..end]);
+        for m in first + joint.nv()..end {
+            let (F, column) = (&mut all[m], columns[m]);
             for k in 0..joint.nv() {
                 let entry = along::<X, T>(joint.axis(k), F);
                 payload.carried(k, body.v + k, column, entry, F);

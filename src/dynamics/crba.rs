@@ -8,7 +8,7 @@ use super::columns::{Columns, Payload};
 use super::tree_matrix::{Block, TreeMatrix};
 use crate::joint::{Axis, with_joint};
 use crate::model::{Body, Model};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, pairs};
 use crate::spatial::{Force, Inertia, Transform};
 
 /// Working memory of [`mass_matrix_into`].
@@ -132,7 +132,7 @@ fn fill<P: Scalar, T: Over<P>>(
         #[inline(always)]
         || {
             T::sin_cos_each(q, sin_cos);
-            for (X, body) in X_PB.iter_mut().zip(model.bodies()) {
+            for (X, body) in pairs(&mut *X_PB, model.bodies()) {
                 *X = body.place_turned(q, sin_cos);
             }
             inward(model, X_PB, composite, columns, out);
@@ -158,7 +158,7 @@ fn inward<P: Scalar, T: Over<P>>(
     (out, block): (&mut [T], impl Fn(usize) -> Block),
 ) {
     out.fill(T::zero());
-    for (I, body) in composite.iter_mut().zip(model.bodies()) {
+    for (I, body) in pairs(&mut *composite, model.bodies()) {
         *I = body.inertia.lift();
     }
     columns.number(model.bodies());
@@ -186,7 +186,7 @@ fn inward<P: Scalar, T: Over<P>>(
         let block = block(first);
         let diagonal = out[block.index(first, first)..].iter_mut();
         let own = &armature[first..first + block.size];
-        for (entry, &armature) in diagonal.step_by(block.size + 1).zip(own) {
+        for (entry, &armature) in pairs(diagonal.step_by(block.size + 1), own) {
             *entry = *entry + armature;
         }
         first += block.size;

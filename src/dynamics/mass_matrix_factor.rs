@@ -172,7 +172,9 @@ impl<T: Scalar> MassMatrixFactor<T> {
     #[inline(always)]
     fn back_substitute_group<S: Linear<T>, const N: usize>(&self, first: usize, x: &mut [S]) {
         let (columns, mut y) = (self.columns::<N>(first), [x[first]; N]);
-        y.copy_from_slice(&x[first..first + N]);
+        for k in 0..N {
+            y[k] = x[first + k];
+        }
         for i in (first + N..self.ends[first]).rev() {
             for k in 0..N {
                 y[k] = (-x[i]).times_plus(columns[k][i], y[k]);

@@ -13,7 +13,7 @@ use super::rnea::{RneaScratch, world_acceleration};
 use super::tree::{Bodies, Tree};
 use crate::model::{Body, BodyId, Model};
 use crate::nested::IntoNested;
-use crate::scalar::{Lanes, MapEach, Over, Scalar};
+use crate::scalar::{Lanes, MapEach, Over, Scalar, pairs};
 use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL, Transform};
 
 type Lane = Lanes<WIDTH>;
@@ -115,7 +115,7 @@ impl PackedScratch {
         }
         let pieces = self.working.friction.all.iter();
         let pieces = pieces.nested(|own| own.piece.0);
-        for (&index, piece) in packed.v.iter().zip(pieces) {
+        for (&index, piece) in pairs(&packed.v, pieces) {
             prefix.friction.all[index].piece = T::from(piece);
         }
     }
@@ -224,7 +224,7 @@ impl PackedScratch {
             working.A[0] = broadcast(&prefix.A[tip]);
         }
         accelerations(packed, &broadcast(A_W), working, &mut self.a);
-        for (&index, x) in packed.v.iter().zip(self.a.iter().nested(|x| x.0)) {
+        for (&index, x) in pairs(&packed.v, self.a.iter().nested(|x| x.0)) {
             a[index] = T::from(x);
         }
     }
@@ -329,7 +329,7 @@ fn own_and_other<X>(all: &mut [X], own: usize, other: usize) -> (&mut X, &X) {
 /// written, for the next to read them would wait for single lanes.
 #[inline(always)]
 fn add_gathered<const N: usize>(own: [&mut Lane; N], x: [&Lane; N], map: &Gather) {
-    for (own, x) in own.into_iter().zip(x) {
+    for (own, x) in pairs(own, x) {
         let mut sum = *own;
         for lane in 0..WIDTH {
             let child = x.0[map.lanes[lane] % WIDTH];
@@ -353,7 +353,7 @@ fn permuted(x: &Lane, lanes: [usize; WIDTH]) -> Lane {
 #[inline(always)]
 fn broadcast<T: Scalar>(V: &Motion<T>) -> Motion<Lane> {
     let mut out = [Lanes([0.0; WIDTH]); SPATIAL];
-    for (out, x) in out.iter_mut().zip(V.to_array()) {
+    for (out, x) in pairs(&mut out, V.to_array()) {
         *out = Lanes([x.value(0); WIDTH]);
     }
     Motion::from_array(out)
@@ -363,7 +363,7 @@ fn broadcast<T: Scalar>(V: &Motion<T>) -> Motion<Lane> {
 #[inline(always)]
 fn in_lane<T: Scalar, const N: usize>(x: [&Lane; N], lane: usize) -> [T; N] {
     let mut out = [T::zero(); N];
-    for (out, x) in out.iter_mut().zip(x) {
+    for (out, x) in pairs(&mut out, x) {
         *out = T::from(x.0[lane % WIDTH]);
     }
     out

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::weightless::add_spared;
 use crate::model::manifold::q_range;
 use crate::model::{Body, Model};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, pairs};
 use crate::spatial::linear::{lift_vector, zero};
 use crate::spatial::{Force, Motion, Transform};
 
@@ -423,9 +423,10 @@ fn add_armature<P: Scalar, T: Over<P>>(
     desired: &DesiredMotion<'_, T>,
     tau: &mut [T],
 ) {
-    tau.fill(T::zero());
-    let Some(a) = desired.a else { return };
-    for ((tau, &a), &armature) in tau.iter_mut().zip(a).zip(model.armature()) {
+    let Some(a) = desired.a else {
+        return tau.fill(T::zero());
+    };
+    for (tau, (&a, &armature)) in pairs(tau, pairs(a, model.armature())) {
         *tau = a * armature;
     }
 }

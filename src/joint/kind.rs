@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use rand::Rng;
 
 use super::{Axis, Coordinate};
-use crate::scalar::{Over, Scalar};
+use crate::scalar::{Over, Scalar, pairs};
 use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
 
 /// A joint kind; without data except the pitch of a screw. Each is one file, and one line of [`with_joint!`]. [`JointKind`](super::JointKind)
@@ -150,7 +150,7 @@ pub(crate) trait Joint: Copy {
     ) {
         let _ = center;
         let mut turn = [T::zero(); super::MAX_NV];
-        for (turn, &v) in turn.iter_mut().zip(&*next_v) {
+        for (turn, &v) in pairs(&mut turn, &*next_v) {
             *turn = v * dt;
         }
         self.integrate(q, &turn[..self.nv()], next_q);

@@ -96,6 +96,7 @@ impl<P: Scalar> Body<P> {
 
     /// The point c of the body that an Euler step moves, in the body frame, m: the centre of mass for joints with a linear velocity in body axes, if
     /// there is mass; otherwise zero.
+    #[inline]
     pub(crate) fn center<T: Over<P>>(&self) -> Vector3<T> {
         if !self.joint.turns_with_body() {
             return Vector3::zeros();

@@ -194,6 +194,7 @@ impl<P: Scalar> Model<P> {
         own.map(|(i, body)| (BodyId(i), body))
     }
 
+    #[inline]
     pub(crate) fn check_q<T>(&self, q: &[T]) {
         assert_eq!(
             q.len(),
@@ -204,6 +205,7 @@ impl<P: Scalar> Model<P> {
         );
     }
 
+    #[inline]
     pub(crate) fn check_v<T>(&self, v: &[T]) {
         assert_eq!(
             v.len(),
@@ -217,6 +219,7 @@ impl<P: Scalar> Model<P> {
 
 impl<P: Scalar> Model<P> {
     /// External forces are given for every body, or for none.
+    #[inline]
     pub(crate) fn check_external<F>(&self, external: &[F]) {
         let n = external.len();
         assert!(

@@ -308,14 +308,17 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     }
 
     fn sin_cos_each(x: &[Self], out: &mut [(Self, Self)]) {
-        for (x, out) in x.chunks(ANGLES).zip(out.chunks_mut(ANGLES)) {
+        for first in (0..x.len()).step_by(ANGLES) {
+            let count = ANGLES.min(x.len() - first);
+            let (x, out) = (&x[first..][..count], &mut out[first..][..count]);
             let (mut angles, mut values) = ([T::zero(); ANGLES], [(T::zero(), T::one()); ANGLES]);
-            for (angle, x) in angles.iter_mut().zip(x) {
-                *angle = x.re;
+            for i in 0..count {
+                angles[i] = x[i].re;
             }
             T::sin_cos_each(&angles, &mut values);
-            for ((out, x), &(sin, cos)) in out.iter_mut().zip(x).zip(&values) {
-                *out = (x.chain(sin, cos), x.chain(cos, -sin));
+            for i in 0..count {
+                let (sin, cos) = values[i];
+                out[i] = (x[i].chain(sin, cos), x[i].chain(cos, -sin));
             }
         }
     }

@@ -51,6 +51,20 @@ pub(crate) fn from_each<B: Copy, const N: usize>(mut f: impl FnMut(usize) -> B) 
     out
 }
 
+/// Pairs of items, as [`Iterator::zip`]: for loops of a few rounds. The standard library does not mark the constructor of its pairs to be inlined; where the
+/// parts of a crate are not optimised with one another it is a call, which takes longer than the loop.
+#[inline]
+pub(crate) fn pairs<A: IntoIterator, B: IntoIterator>(
+    a: A,
+    b: B,
+) -> impl Iterator<Item = (A::Item, B::Item)> {
+    let (mut a, mut b) = (a.into_iter(), b.into_iter());
+    std::iter::from_fn(
+        #[inline(always)]
+        move || Some((a.next()?, b.next()?)),
+    )
+}
+
 /// Entries of an array one by one: `map` of the standard library for copies, in a sixth of its code.
 pub(crate) trait MapEach<A, const N: usize> {
     /// `[f(x[0]), f(x[1]), …]`.

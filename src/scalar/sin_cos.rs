@@ -102,14 +102,16 @@ pub(crate) fn sin_cos_each<T>(
     angle: impl Fn(&T) -> f64,
     apply: impl Fn(&T, f64, f64) -> (T, T),
 ) {
-    for (x, out) in x.chunks(ANGLES).zip(out.chunks_mut(ANGLES)) {
+    for first in (0..x.len()).step_by(ANGLES) {
+        let count = ANGLES.min(x.len() - first);
+        let (x, out) = (&x[first..][..count], &mut out[first..][..count]);
         let mut angles = [0.0; ANGLES];
-        for (at, x) in angles.iter_mut().zip(x) {
-            *at = angle(x);
+        for i in 0..count {
+            angles[i] = angle(&x[i]);
         }
         let (sin, cos) = sin_cos(angles);
-        for (i, (out, x)) in out.iter_mut().zip(x).enumerate() {
-            *out = apply(x, sin[i], cos[i]);
+        for i in 0..count {
+            out[i] = apply(&x[i], sin[i], cos[i]);
         }
     }
 }

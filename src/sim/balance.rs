@@ -14,7 +14,7 @@ use crate::cone::{Certificate, ConeOptions, Law, Mode, Smoothed, Status};
 use crate::contact::{Contacts, ROWS};
 use crate::dynamics::{MassMatrixFactor, TreeMatrix};
 use crate::model::Model;
-use crate::scalar::{Linear, Over, Scalar, is_f64};
+use crate::scalar::{Linear, Over, Scalar, is_f64, pairs};
 use crate::spatial::{Motion, Transform};
 
 /// Mass matrix, forces, rows, and the solver of their forces.
@@ -127,8 +127,9 @@ impl<T: Scalar> Balance<T> {
     pub(super) fn bare_response_into(&self, row: usize, response: &mut [T]) {
         match self.bare.as_ref().and_then(|bare| bare.factor()) {
             None => {
-                let half = response.iter_mut().zip(self.rows.half(row));
-                half.for_each(|(s, x)| *s = x);
+                for (s, x) in pairs(&mut *response, self.rows.half(row)) {
+                    *s = x;
+                }
                 self.factor.forward_substitute(response);
             }
             Some(factor) => {

@@ -241,13 +241,14 @@ impl<T: Scalar> DenseRows<T> {
 fn push<T: Scalar>(x: &[[T; GROUP]], f: &[T], tau: &mut [T]) {
     // What the forces act beside stands after the last row, as if it had a force of one.
     let mut forces = [T::one(); GROUP];
-    for (own, &f) in forces.iter_mut().zip(f) {
-        *own = f;
+    for i in 0..GROUP.min(f.len()) {
+        forces[i] = f[i];
     }
-    for (tau, x) in tau.iter_mut().zip(x) {
+    let x = &x[..tau.len()];
+    for (k, tau) in tau.iter_mut().enumerate() {
         // One after the other: a row without a force, which a lane has for the sake of others, then changes no bit of the sum.
         for i in 0..GROUP {
-            *tau = x[i].mul_add(forces[i], *tau);
+            *tau = x[k][i].mul_add(forces[i], *tau);
         }
     }
 }

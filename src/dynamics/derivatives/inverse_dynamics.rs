@@ -256,7 +256,8 @@ fn seed<P: Scalar, T: Over<P> + Differentiable>(
         s.velocity_products.extend(model.bodies().iter().map(of));
     }
     T::sin_cos_each(at.q, &mut s.sin_cos);
-    for (k, (&v, &a)) in at.v.iter().zip(at.a).enumerate() {
+    for k in 0..at.v.len() {
+        let (v, a) = (at.v[k], at.a[k]);
         s.v[k] = v.into();
         s.v_moved[k] = DualNumber::variable(v, 0);
         s.a[k] = a.into();

@@ -190,8 +190,8 @@ pub(crate) fn lifted<T: Scalar, D: DualNumber<T, W>, const W: usize>(
     x: &[T],
 ) -> JointCoordinates<D> {
     let mut out = [D::zero(); MAX_NV + 1];
-    for (out, &x) in out.iter_mut().zip(x) {
-        *out = D::new(x, [T::zero(); W]);
+    for k in 0..x.len() {
+        out[k] = D::new(x[k], [T::zero(); W]);
     }
     out
 }

@@ -8,7 +8,7 @@ use crate::dynamics::{Blocks, Calls};
 use crate::joint::MAX_NV;
 use crate::model::Body;
 use crate::model::manifold::v_range;
-use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar, from_each};
+use crate::scalar::{BLOCK, Differentiable, Linear, Pack, Scalar, from_each, pairs};
 use crate::sim::evaluation_point::EvaluationPoint;
 use crate::sim::integrators::acceleration::{AccelerationColumns, AccelerationScratch};
 use crate::sim::integrators::joint_tangents::{joint_step, stepped_velocity};
@@ -130,7 +130,7 @@ fn curved_rows<T: Scalar>(
             for (k, D) in D.iter().enumerate().take(nv) {
                 let (by_q, by_w) = D.eps.split_at(MAX_NV);
                 for l in 0..nv {
-                    let products = by_w.iter().zip(&w);
+                    let products = pairs(by_w, &w);
                     let by_v = products.fold(T::zero(), |sum, (&by_w, w)| sum + by_w * w.eps[l]);
                     out.a[(first + k, body.v + l)] += by_q[l];
                     out.a[(first + k, model.nv() + body.v + l)] += by_v;
@@ -154,15 +154,16 @@ fn write_rows<T: Scalar>(
     let zero = Pack([T::zero(); BLOCK]);
     for block in columns.blocks() {
         let mut sums = [zero; MAX_NV];
-        for (sum, D) in sums.iter_mut().zip(D).take(nv) {
+        for (sum, D) in pairs(&mut sums, D).take(nv) {
             let rates = &block[v_range(body)];
             for l in 0..nv {
                 *sum = rates[l].times_plus(-D[l], *sum);
             }
         }
-        for (k, out) in (0..BLOCK).zip(out_columns.by_ref()) {
-            let rows = out[first..first + nv].iter_mut().zip(&sums);
-            rows.for_each(|(out, sum)| *out = sum.0[k]);
+        for (k, out) in pairs(0..BLOCK, out_columns.by_ref()) {
+            for (out, sum) in pairs(&mut out[first..first + nv], &sums) {
+                *out = sum.0[k];
+            }
         }
     }
 }
