@@ -9,7 +9,7 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-readonly python=${PYTHON:-python3} profile=${PROFILE:-release} platform=manylinux_2_28
+readonly python=${PYTHON:-python3} profile=${PROFILE:-wheel} platform=manylinux_2_28
 export CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$(cd .. && pwd)/target}"
 readonly tools=$CARGO_TARGET_DIR/wheel-tools wheels=${WHEELS:-$CARGO_TARGET_DIR/wheels}
 

@@ -109,6 +109,11 @@ quietly() { "$@" >"$folder/log" 2>&1 || { cat "$folder/log" >&2; exit 1; }; }
 row() {
   local out=$2 tree=$PWD
   export CARGO_TARGET_DIR="$out/$1"
+  # What another row has built.
+  case $1 in
+    library) CARGO_TARGET_DIR=$out/code ;;
+    line) CARGO_TARGET_DIR=$out/first ;;
+  esac
   case $1 in
     code)
       quietly cargo build --release --lib
