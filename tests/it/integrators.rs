@@ -8,7 +8,7 @@ use dualbody::contact::{ContactLaw, Terrain};
 use dualbody::dynamics::{bias_forces, mass_matrix};
 use dualbody::joint::JointKind;
 use dualbody::model::{JointSpec, LinkSpec, ModelBuilder, samples};
-use dualbody::sim::RolloutStatus;
+use dualbody::sim::{Rollout, RolloutStatus};
 use dualbody::spatial::Quaternion;
 use dualbody::{Integrator, Model, Simulator, State};
 use nalgebra::{DVector, Vector3, vector};
@@ -96,9 +96,16 @@ struct Drift {
 }
 
 fn drift(simulator: &Simulator, start: &State, seconds: f64, scale: f64) -> Drift {
+    drift_of(simulator, &motion(simulator, start, seconds), scale)
+}
+
+fn motion(simulator: &Simulator, start: &State, seconds: f64) -> Rollout {
     let steps = (seconds / simulator.time_step()).round() as usize;
-    let rollout = simulator.rollout(start, steps, |_, _, _| {});
-    let first = energy(simulator.model(), start);
+    simulator.rollout(start, steps, |_, _, _| {})
+}
+
+fn drift_of(simulator: &Simulator, rollout: &Rollout, scale: f64) -> Drift {
+    let first = energy(simulator.model(), &rollout.states[0]);
     let changes = rollout.states.iter();
     let changes: Vec<f64> = changes
         .map(|state| (energy(simulator.model(), state) - first) / scale)
@@ -212,13 +219,13 @@ fn wing_nut_flips_and_its_energy_drifts_as_documented() {
     ];
     assert_drifts("wing nut", &cases, |integrator, dt| {
         let simulator = with(&model, integrator, dt);
-        let steps = (100.0 / dt) as usize;
-        let states = simulator.rollout(&start, steps, |_, _, _| {}).states;
-        let flips = states.windows(2).filter(|w| w[0].v[4] * w[1].v[4] < 0.0);
+        let motion = motion(&simulator, &start, 100.0);
+        let pairs = motion.states.windows(2);
+        let flips = pairs.filter(|w| w[0].v[4] * w[1].v[4] < 0.0);
         let flips = flips.count();
         println!("wing nut {integrator:?} {dt}: {flips} flips");
         assert!(flips > 5, "{integrator:?} {dt}: {flips} flips");
-        drift(&simulator, &start, 100.0, kinetic)
+        drift_of(&simulator, &motion, kinetic)
     });
 }
 
