@@ -17,7 +17,7 @@ fn law() -> ContactLaw {
     ContactLaw::Rigid(Rigid::default())
 }
 
-/// The box with the points that `keep` leaves of a grid of 9 × 7 on its bottom, and with `limit` points to start a
+/// The box with the points that `keep` leaves of a grid of 15 × 13 on its bottom, and with `limit` points to start a
 /// step with.
 fn on_grid(keep: impl Fn(usize, usize) -> bool, limit: usize) -> Simulator {
     on_grid_under(law(), keep, limit)
@@ -28,11 +28,11 @@ fn on_grid_under(law: ContactLaw, keep: impl Fn(usize, usize) -> bool, limit: us
     let all = Contacts::new(&model, Terrain::flat(0.0), law);
     let corner = all.points()[0];
     let mut contacts = all.with_selection(|_| false);
-    for i in 0..9 {
-        for j in 0..7 {
+    for i in 0..15 {
+        for j in 0..13 {
             if keep(i, j) {
                 let along = |k: usize, n: usize, half: f64| half * (k as f64 / n as f64 - 1.0);
-                let center = vector![along(i, 4, HALF[0]), along(j, 3, HALF[1]), -HALF[2]];
+                let center = vector![along(i, 7, HALF[0]), along(j, 6, HALF[1]), -HALF[2]];
                 let point = ContactPoint {
                     center,
                     feature: Feature::Corner,
@@ -52,7 +52,7 @@ fn on_grid_under(law: ContactLaw, keep: impl Fn(usize, usize) -> bool, limit: us
 }
 
 fn is_corner(i: usize, j: usize) -> bool {
-    i.is_multiple_of(8) && j.is_multiple_of(6)
+    i.is_multiple_of(14) && j.is_multiple_of(12)
 }
 
 fn total_force(simulator: &Simulator, state: &State) -> Vector3<f64> {
@@ -70,7 +70,7 @@ fn grid_of_points_moves_as_its_corners_do() {
     assert_eq!(corners.contacts().expect("ground").points().len(), 4);
     for limit in [1, 3, 4, 16] {
         let grid = on_grid(|_, _| true, limit);
-        assert_eq!(grid.contacts().expect("ground").points().len(), 63);
+        assert_eq!(grid.contacts().expect("ground").points().len(), 195);
         for (name, angle, v) in [
             ("dropped on an edge", 0.3, [0.0; 6]),
             ("slides", 0.0, [1.0, 0.3, 0.0, 0.0, 0.0, 0.0]),

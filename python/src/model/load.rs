@@ -161,7 +161,7 @@ impl Source {
         loaded?.or_raise()
     }
 
-    /// What reads it again: format, text, path and keywords.
+    /// The arguments that read it again: format, text, path and keywords.
     pub(super) fn recipe<'py>(
         self,
         format: &str,
