@@ -94,14 +94,19 @@ impl<T: Scalar> MassMatrixFactor<T> {
     /// overwritten.
     pub(crate) fn refactor_filled(&mut self, fill: impl FnOnce(&mut TreeMatrix<T>)) {
         fill(&mut self.factors);
+        self.factorize();
+    }
+
+    /// Not generic in what has filled the matrix: compiled once for each scalar and kind of vector instructions.
+    fn factorize(&mut self) {
         vectorized_over::<T, _>(
             #[inline(always)]
-            || self.factorize(),
+            || self.eliminate(),
         );
     }
 
     #[inline(always)]
-    fn factorize(&mut self) {
+    fn eliminate(&mut self) {
         for k in (0..self.factors.size()).rev() {
             let (tree, before, own) = self.factors.split_before(k);
             let own_row = k - tree.start;

@@ -5,8 +5,6 @@
 
 use std::ops::{Add, Range};
 
-use nalgebra::Vector3;
-
 use super::aba::{ALL, Driven, Working, accelerations, inward, outward};
 use super::packed_tree::{Gather, PackedTree, WIDTH, lanes};
 use super::rnea::{RneaScratch, world_acceleration};
@@ -14,7 +12,7 @@ use super::tree::{Bodies, Tree};
 use crate::model::{Body, BodyId, Model};
 use crate::nested::IntoNested;
 use crate::scalar::{Lanes, MapEach, Over, Scalar, pairs};
-use crate::spatial::{ArticulatedInertia, Force, Motion, SPATIAL, Transform};
+use crate::spatial::{ArticulatedInertia, Force, Motion, Transform};
 
 type Lane = Lanes<WIDTH>;
 
@@ -139,12 +137,8 @@ impl PackedScratch {
                 rotation: R,
                 translation: p,
             } = &working.factor.X_PB[level];
-            let [V, A] = [&working.V, &working.A].map_each(|own| {
-                let Motion { linear, angular } = &own[level];
-                let both = [linear, angular].map_each(|x| in_lane([&x.x, &x.y, &x.z], lane));
-                let [linear, angular] = both.map_each(Vector3::from);
-                Motion::new(linear, angular)
-            });
+            let [V, A] = [&working.V, &working.A]
+                .map_each(|own| Motion::from_array(in_lane(own[level].entries(), lane)));
             let rows = [
                 &R.m11, &R.m12, &R.m13, &R.m21, &R.m22, &R.m23, &R.m31, &R.m32, &R.m33, &p.x, &p.y,
                 &p.z,
@@ -273,11 +267,7 @@ impl Tree<Lane, Lane> for PackedTree {
         let Some(parent_lanes) = self.levels[i].parent_lanes else {
             return *V;
         };
-        let mut V = V.to_array();
-        for x in &mut V {
-            *x = permuted(x, parent_lanes);
-        }
-        Motion::from_array(V)
+        Motion::from_array(V.entries().map_each(|x| permuted(x, parent_lanes)))
     }
 
     /// What they hand down is kept.
@@ -329,13 +319,13 @@ fn own_and_other<X>(all: &mut [X], own: usize, other: usize) -> (&mut X, &X) {
 /// written, for the next to read them would wait for single lanes.
 #[inline(always)]
 fn add_gathered<const N: usize>(own: [&mut Lane; N], x: [&Lane; N], map: &Gather) {
-    for (own, x) in pairs(own, x) {
-        let mut sum = *own;
+    for k in 0..N {
+        let mut sum = *own[k];
         for lane in 0..WIDTH {
-            let child = x.0[map.lanes[lane] % WIDTH];
+            let child = x[k].0[map.lanes[lane] % WIDTH];
             sum.0[lane] += if map.present[lane] { child } else { -0.0 };
         }
-        *own = sum;
+        *own[k] = sum;
     }
 }
 
@@ -352,21 +342,13 @@ fn permuted(x: &Lane, lanes: [usize; WIDTH]) -> Lane {
 /// Broadcasts a motion to all lanes.
 #[inline(always)]
 fn broadcast<T: Scalar>(V: &Motion<T>) -> Motion<Lane> {
-    let mut out = [Lanes([0.0; WIDTH]); SPATIAL];
-    for (out, x) in pairs(&mut out, V.to_array()) {
-        *out = Lanes([x.value(0); WIDTH]);
-    }
-    Motion::from_array(out)
+    Motion::from_array(V.to_array().map_each(|x| Lanes([x.value(0); WIDTH])))
 }
 
 /// Extracts the numbers of one lane.
 #[inline(always)]
 fn in_lane<T: Scalar, const N: usize>(x: [&Lane; N], lane: usize) -> [T; N] {
-    let mut out = [T::zero(); N];
-    for (out, x) in pairs(&mut out, x) {
-        *out = T::from(x.0[lane % WIDTH]);
-    }
-    out
+    x.map_each(|x| T::from(x.0[lane % WIDTH]))
 }
 
 /// Gathers numbers into lanes, one by one: the instructions that gather several are slower.

@@ -24,13 +24,6 @@ pub struct Force<T> {
 spatial_vector!(Force);
 
 impl<T: Additive> Force<T> {
-    /// Coordinates `[linear; angular]` where they lie.
-    #[inline(always)]
-    pub(crate) fn entries(&self) -> [&T; SPATIAL] {
-        let (l, a) = (&self.linear, &self.angular);
-        [&l.x, &l.y, &l.z, &a.x, &a.y, &a.z]
-    }
-
     /// Mutable references to the six coordinates `[linear; angular]`.
     #[inline(always)]
     pub(crate) fn entries_mut(&mut self) -> [&mut T; SPATIAL] {

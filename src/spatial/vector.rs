@@ -36,6 +36,13 @@ macro_rules! spatial_vector {
                 [l.x, l.y, l.z, a.x, a.y, a.z]
             }
 
+            /// References to the coordinates `[linear; angular]`.
+            #[inline(always)]
+            pub(crate) fn entries(&self) -> [&T; SPATIAL] {
+                let (l, a) = (&self.linear, &self.angular);
+                [&l.x, &l.y, &l.z, &a.x, &a.y, &a.z]
+            }
+
             /// Makes a spatial vector from its six coordinates `[linear; angular]`.
             #[inline(always)]
             pub fn from_array([x, y, z, rx, ry, rz]: [T; SPATIAL]) -> Self {
