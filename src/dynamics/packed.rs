@@ -267,7 +267,12 @@ impl Tree<Lane, Lane> for PackedTree {
         let Some(parent_lanes) = self.levels[i].parent_lanes else {
             return *V;
         };
-        Motion::from_array(V.entries().map_each(|x| permuted(x, parent_lanes)))
+        // Written in place: numbers by themselves would be combined one by one, not four at once.
+        let mut V = V.to_array();
+        for x in &mut V {
+            *x = permuted(x, parent_lanes);
+        }
+        Motion::from_array(V)
     }
 
     /// What they hand down is kept.
